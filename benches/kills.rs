@@ -32,7 +32,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use testkit::robot::is_alive;
 
 /// Time-out after which an event counts as missing.
-const PATIENCE: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 /// Required recovery time, on an idle and on a loaded machine.
 const BACK_WITHIN: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(5)];
 /// One kill in this many hits the supervisor; equally often the robot is stopped regularly.
@@ -120,7 +120,7 @@ impl Campaign {
     fn begin(folder: &Path, seed: u64, is_loaded: bool) -> Self {
         let domain = PathBuf::from(format!("/dev/shm/leo-kills-{}", std::process::id()));
         let robot = Robot::start(&domain, folder, &[]);
-        let back = wait_until(PATIENCE, || robot.is_back(&[]));
+        let back = wait_until(MAX_WAIT, || robot.is_back(&[]));
         assert!(back.is_some(), "the robot does not start: {}", robot.said());
         let recorder = Recording::begin(&robot, folder);
         // The recorder's node counts too.
@@ -142,7 +142,7 @@ impl Campaign {
             at_rest: 0,
             wrong: Vec::new(),
         };
-        wait_until(PATIENCE, || said_to_have_learned(&campaign.robot) > 0);
+        wait_until(MAX_WAIT, || said_to_have_learned(&campaign.robot) > 0);
         campaign.acknowledged = said_to_have_learned(&campaign.robot);
         campaign
     }
@@ -173,7 +173,7 @@ impl Campaign {
             .expect("seven of them");
         let mut victim = None;
         let robot = &self.robot;
-        let lives = wait_until(PATIENCE, || {
+        let lives = wait_until(MAX_WAIT, || {
             victim = robot.processes().get(name).copied();
             victim.is_some()
         });
@@ -193,7 +193,7 @@ impl Campaign {
             return;
         }
         let robot = &self.robot;
-        match wait_until(PATIENCE, || robot.is_back(&self.killed)) {
+        match wait_until(MAX_WAIT, || robot.is_back(&self.killed)) {
             Some(time) => self.back.push((time, self.last.clone())),
             None => {
                 let living = robot.processes();
@@ -218,7 +218,7 @@ impl Campaign {
                 self.wrong(format!("an orderly stop left {left:?} files and bytes: {said}"));
             }
         }
-        if wait_until(PATIENCE, || !children.values().any(|pid| is_alive(*pid))).is_none() {
+        if wait_until(MAX_WAIT, || !children.values().any(|pid| is_alive(*pid))).is_none() {
             self.wrong(format!("a process of {children:?} outlives the supervisor"));
         }
         self.look_back();
@@ -230,7 +230,7 @@ impl Campaign {
             self.await_back();
         }
         let robot = &self.robot;
-        if wait_until(PATIENCE, || !robot.processes().is_empty()).is_none() {
+        if wait_until(MAX_WAIT, || !robot.processes().is_empty()).is_none() {
             self.wrong(format!(
                 "a robot does not start in the domain of a killed one: {}",
                 self.robot.said()
@@ -262,7 +262,7 @@ impl Campaign {
         self.leave_alone();
         self.acknowledged = self.acknowledged.max(said_to_have_learned(&self.robot));
         let (robot, max) = (&self.robot, self.files + FEW);
-        if wait_until(PATIENCE, || shared_memory(&robot.domain).0 <= max).is_none() {
+        if wait_until(MAX_WAIT, || shared_memory(&robot.domain).0 <= max).is_none() {
             let now = shared_memory(&self.robot.domain).0;
             self.wrong(format!("the files in shared memory grew from {} to {now}", self.files));
         }
@@ -388,7 +388,7 @@ impl Recording {
     fn end(&mut self) -> (u64, Vec<String>) {
         let mut wrong = Vec::new();
         let recorder = &mut self.recorder;
-        if wait_until(PATIENCE, || recorder.try_wait().is_ok_and(|status| status.is_some())).is_none() {
+        if wait_until(MAX_WAIT, || recorder.try_wait().is_ok_and(|status| status.is_some())).is_none() {
             wrong.push("a recorder outlives its robot".to_owned());
             let _dead = recorder.kill().and_then(|()| recorder.wait());
         }

@@ -19,7 +19,7 @@ use config::lesson::Lesson;
 use message::{
     Beliefs, Head as _, Header, Hop, JointGoal, JointGoals, JointMode, JointStates, Percepts, Process, Roster,
 };
-use process::{Failure, Launch};
+use process::{Launch, ProcessError};
 use rustix::process::{Pid, Resource, Signal, getpid, getrlimit, kill_process};
 use rustix::thread::{CapabilitySet, capabilities, gettid};
 use transport::janitor::{Janitor, claim};
@@ -28,7 +28,7 @@ use transport::{Domain, FramePublisher, FrameSubscriber, Node, RosterWriter, Top
 /// Size of the middleware's allocation for each loaned frame: the book-keeping of the loan.
 const LOAN_BYTES: usize = 48;
 /// Time-out of a wait.
-const PATIENCE: Duration = Duration::from_secs(120);
+const MAX_WAIT: Duration = Duration::from_secs(120);
 /// Period of the joint goals and of polling.
 const PERIOD: Duration = Duration::from_millis(20);
 /// Number of frames of every topic in the measured window.
@@ -137,7 +137,7 @@ fn the_counter_counts_for_each_thread() {
 
 /// The processes as threads of this one, in their own domain; the test acts as the learner.
 struct Robots {
-    threads: Vec<(&'static str, JoinHandle<Result<(), Failure>>)>,
+    threads: Vec<(&'static str, JoinHandle<Result<(), ProcessError>>)>,
     percepts: Watch<Percepts>,
     beliefs: [Watch<Beliefs>; 2],
     states: Watch<JointStates>,
@@ -176,7 +176,7 @@ impl Robots {
             ..Launch::default()
         };
         let mut threads = Vec::new();
-        let mut spawn = |name: &'static str, run: fn(&Launch, &Robot) -> Result<(), Failure>| {
+        let mut spawn = |name: &'static str, run: fn(&Launch, &Robot) -> Result<(), ProcessError>| {
             let (launch, robot) = (launch.clone(), robot.clone());
             let thread = std::thread::Builder::new().name(name.to_owned());
             threads.push((name, thread.spawn(move || run(&launch, &robot)).expect("a thread")));
@@ -226,7 +226,7 @@ impl Robots {
 
     /// Runs until a condition holds; panics on time-out.
     fn until(&mut self, what: &str, mut holds: impl FnMut(&Self) -> bool) {
-        let give_up = clock::now() + PATIENCE;
+        let give_up = clock::now() + MAX_WAIT;
         let mut release = clock::now();
         while !holds(self) {
             release += PERIOD;
@@ -359,7 +359,7 @@ impl Running {
     }
 
     fn after(&self, cycles: u64) -> [(u64, u64); 3] {
-        let give_up = clock::now() + PATIENCE;
+        let give_up = clock::now() + MAX_WAIT;
         loop {
             match self.look() {
                 Some(counts) if counts.iter().all(|(count, _)| *count >= cycles) => return counts,
@@ -379,7 +379,7 @@ impl Drop for Running {
 }
 
 #[test]
-fn after_warm_up_no_cycle_meets_a_page_fault() {
+fn after_warm_up_no_cycle_has_a_page_fault() {
     let may_lock = getrlimit(Resource::Memlock).current.is_none()
         || capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
     if !may_lock {

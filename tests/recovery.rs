@@ -84,7 +84,7 @@ impl Heard {
 }
 
 #[test]
-fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
+fn a_lesson_disturbed_by_faults_is_still_learned_and_performed() {
     let robot = Robot::ready("recovery", &[]);
     let domain = Domain::at(robot.domain()).expect("a domain");
     let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");

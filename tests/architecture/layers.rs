@@ -117,7 +117,7 @@ fn layer_of(name: &str) -> Option<usize> {
 }
 
 #[test]
-fn an_arrow_only_goes_down() {
+fn crate_dependencies_only_go_down() {
     let dependencies = dependencies();
     let mut wrong = Vec::new();
     let mut edges = 0;
@@ -148,7 +148,7 @@ fn an_arrow_only_goes_down() {
 }
 
 #[test]
-fn what_others_made_is_wrapped() {
+fn wrapped_dependencies_are_used_only_by_their_wrappers() {
     let dependencies = dependencies();
     for (foreign, may) in WRAPPED {
         let knows: Vec<&str> = dependencies

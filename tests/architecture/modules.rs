@@ -89,13 +89,13 @@ fn circle<'a>(mut arrows: Vec<(&'a str, &'a str)>) -> Option<Vec<&'a str>> {
             break;
         }
     }
-    let mut way = vec![arrows.first()?.0];
+    let mut path = vec![arrows.first()?.0];
     loop {
-        let (_, next) = *arrows.iter().find(|(from, _)| way.last() == Some(from))?;
-        let begin = way.iter().position(|module| *module == next);
-        way.push(next);
+        let (_, next) = *arrows.iter().find(|(from, _)| path.last() == Some(from))?;
+        let begin = path.iter().position(|module| *module == next);
+        path.push(next);
         if let Some(begin) = begin {
-            return Some(way.split_off(begin));
+            return Some(path.split_off(begin));
         }
     }
 }

@@ -152,7 +152,7 @@ fn joints_arm_by_order_and_unlock_by_acknowledgement() {
     assert!(output.out.starts_with("2 joints disarmed, not-started: "), "{output:?}");
     let all_armed = output.out.lines().last().expect("a line").to_owned();
     assert!(all_armed.contains(" 2 joints "), "{output:?}");
-    let mut worded = output.out;
+    let mut wording = output.out;
     // If all are armed, no order is given.
     let output = arm(robot.root(), &[]);
     assert_eq!((output.status, output.out.trim_end()), (Some(0), all_armed.as_str()), "{output:?}");
@@ -166,7 +166,7 @@ fn joints_arm_by_order_and_unlock_by_acknowledgement() {
     {
         assert!(output.out.contains(fact), "{fact}: {output:?}");
     }
-    worded += &output.out;
+    wording += &output.out;
     let output = arm(robot.root(), &[]);
     assert!(output.status == Some(1) && output.out.contains("1 of 2 "), "{output:?}");
 
@@ -180,7 +180,7 @@ fn joints_arm_by_order_and_unlock_by_acknowledgement() {
     robot.joints.write(&joints(8, &[STARTED, ARMED]));
     let output = arm(robot.root(), &[]);
     assert_eq!(output.status, Some(1), "{output:?}");
-    insta::assert_snapshot!(worded + &output.err);
+    insta::assert_snapshot!(wording + &output.err);
     let left = arming::take(robot.root()).expect("reads");
     assert_eq!(left, None, "a motor process that starts later would obey it");
 
@@ -190,7 +190,7 @@ fn joints_arm_by_order_and_unlock_by_acknowledgement() {
 }
 
 #[test]
-fn where_no_robot_runs_nothing_is_armed() {
+fn arming_without_a_running_robot_is_refused() {
     let nowhere = Path::new("/dev/shm/leo-nowhere-to-arm");
     assert_refused(&arm(nowhere, &[]), 2, &["leo-nowhere-to-arm"]);
 }

@@ -91,7 +91,7 @@ fn changes_behind_a_partners_back_are_unknown_until_seen() {
 }
 
 #[test]
-fn every_belief_of_every_perspective_is_told_with_its_percepts_by_name() {
+fn every_belief_of_every_perspective_is_printed_with_its_named_percepts() {
     let lines = lines(&run_leo(&["believe", MOVED, "--json"]));
     let beliefs: Vec<&Value> = lines.iter().filter(|line| text(line, "/record") == "belief").collect();
     let red = |line: &&&Value| {
@@ -112,7 +112,7 @@ fn every_belief_of_every_perspective_is_told_with_its_percepts_by_name() {
 }
 
 #[test]
-fn the_same_trace_gives_the_same_bytes_and_telling_less_changes_nothing() {
+fn one_trace_gives_equal_output_and_less_output_keeps_the_rest() {
     let (one, again) = (run_leo(&["believe", MOVED, "--json"]), run_leo(&["believe", MOVED, "--json"]));
     assert_eq!(one.out, again.out);
     let (all, some) = (lines(&one), lines(&run_leo(&["believe", MOVED, "--json", "--every", "1000"])));
@@ -158,7 +158,7 @@ fn an_mcap_trace_gives_the_same_beliefs_and_may_be_truncated() {
 }
 
 #[test]
-fn people_are_told_a_timeline_and_what_is_believed_at_the_end() {
+fn the_text_report_has_a_timeline_and_the_final_beliefs() {
     let output = run_leo(&["believe", MOVED]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     let at = |time: &str| output.out.lines().filter(|line| line.starts_with(time)).collect::<Vec<_>>();
@@ -264,7 +264,7 @@ fn two_sources_observe_one_object_each_in_its_own_time() {
 }
 
 #[test]
-fn a_trace_of_nothing_is_no_error() {
+fn an_empty_trace_is_not_an_error() {
     let output = believe(&[], HEADER);
     assert_eq!(
         (output.status, output.out.as_str(), output.err.as_str()),
@@ -299,7 +299,7 @@ fn refused_and_overflowed_observations_are_reported_at_the_end() {
 }
 
 #[test]
-fn beliefs_that_found_no_room_are_told_of_whose_they_are() {
+fn dropped_beliefs_are_reported_with_their_perspective() {
     // Never more observations at once than the capacity, but more beliefs.
     let row = |at_ns: u64, y: f64| {
         let block = |index: u32| format!("{{\"position_m\": [{}, {y}, 0.03]}}", f64::from(index) * 0.3);
@@ -316,10 +316,10 @@ fn beliefs_that_found_no_room_are_told_of_whose_they_are() {
 }
 
 #[test]
-fn what_is_no_trace_is_refused_in_one_line() {
+fn an_invalid_trace_is_refused_in_one_line() {
     let files = tempfile::tempdir().expect("a folder");
     let file = |name: &str, text: &str| write(&files, name, text);
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (file, words) in [
         ("/nowhere/trace.jsonl".to_owned(), ["/nowhere/trace.jsonl", "No such file"]),
         ("config".to_owned(), ["config", "directory"]),
@@ -333,12 +333,12 @@ fn what_is_no_trace_is_refused_in_one_line() {
     ] {
         let output = run_leo(&["believe", &file]);
         assert_refused(&output, 2, &words);
-        worded += &redacted(&output.err, &[(&files.path().display().to_string(), "[files]")]);
+        wording += &redacted(&output.err, &[(&files.path().display().to_string(), "[files]")]);
         assert_refused(&run_leo(&["believe", &file, "--json"]), 2, &words);
     }
     let output = believe(&[], "nothing of the kind");
     assert_refused(&output, 2, &["leo_trace"]);
-    insta::assert_snapshot!(worded + &output.err);
+    insta::assert_snapshot!(wording + &output.err);
     // Everything before the error is reported.
     let frame = r#"{"at_ns": 5, "observations": [{"position_m": [0, 0, 0]}]}"#;
     let output = believe(&["--json"], format!("{HEADER}\n{frame}\n{{}}\n"));
@@ -347,7 +347,7 @@ fn what_is_no_trace_is_refused_in_one_line() {
 }
 
 #[test]
-fn bad_usage_of_believe_is_told_with_what_to_do() {
+fn bad_usage_of_believe_is_reported_with_a_remedy() {
     let cases: [(&[&str], &str); 5] = [
         (&["believe"], "<TRACE>"),
         (&["believe", MOVED, "--every", "0"], "above 0"),
@@ -410,7 +410,7 @@ fn an_mcap_trace_made_as_documented_gives_the_same_beliefs() {
 }
 
 #[test]
-fn the_example_of_a_detector_does_what_its_page_says() {
+fn the_detector_example_works_as_documented() {
     let mut python = Command::new("python3");
     python.args(["-c", &block("python", 0)]);
     match Command::new("python3").arg("--version").output() {

@@ -181,7 +181,7 @@ fn examples_that_expand_too_much_are_refused_by_line() {
 }
 
 #[test]
-fn a_chunk_without_check_sum_is_reported_and_refused_for_comparison() {
+fn a_recording_chunk_without_check_sum_is_reported_and_not_compared() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let recording = file(&folder, "lesson.mcap");

@@ -69,7 +69,7 @@ fn a_measurement_is_a_finding_for_each_rate() {
 }
 
 #[test]
-fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
+fn an_old_configuration_is_migrated_once_and_its_original_kept() {
     let files = tempfile::tempdir().expect("a folder");
     let old = read("config/leo.toml").replace("noise = 0.0 ", "# noise = 0.0 ");
     let config = write(&files, "leo.toml", &old);
@@ -124,7 +124,7 @@ fn an_older_configuration_gets_the_arming_settings() {
 }
 
 #[test]
-fn what_root_brings_forward_belongs_to_whom_it_belonged() {
+fn a_configuration_migrated_by_root_keeps_its_owner() {
     let files = tempfile::tempdir().expect("a folder");
     let config =
         write(&files, "leo.toml", &read("config/leo.toml").replace("noise = 0.0 ", "# noise = 0.0 "));
@@ -287,7 +287,7 @@ fn a_check_compares_message_layouts_with_running_robots() {
 }
 
 #[test]
-fn a_check_says_of_which_version_the_configuration_is() {
+fn a_check_reports_the_version_of_the_configuration() {
     let output = check(&[]);
     let line = about(&output, "configuration");
     let this = format!("Leo {}", env!("CARGO_PKG_VERSION"));

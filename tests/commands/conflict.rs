@@ -48,7 +48,7 @@ impl Taught {
     }
 
     /// Everything that was said, and the explanation.
-    fn worded(&self) -> String {
+    fn wording(&self) -> String {
         format!("{}\n    explained: {}\n", self.said.join("\n"), self.explanation)
     }
 }
@@ -95,7 +95,7 @@ fn task_1_is_performed_by_the_configured_view_with_the_conflict_reported() {
     assert_eq!(resolved.outcome(), human.outcome());
     assert_eq!(resolved.explanation, human.explanation);
     assert!(resolved.said(&[&resolved.explanation]), "{:?}", resolved.said);
-    insta::assert_snapshot!([human, own, resolved].map(|taught| taught.worded()).join("\n"));
+    insta::assert_snapshot!([human, own, resolved].map(|taught| taught.wording()).join("\n"));
 }
 
 #[test]
@@ -119,5 +119,5 @@ fn known_objects_left_out_by_the_teacher_are_asked_about_first() {
 
     let refuted = taught(&lesson(Some("No")), "resolve");
     assert_eq!(refuted.outcome(), ["all green and yellow", "robot", "filled 2 of 2"]);
-    insta::assert_snapshot!([human, silent, confirmed, refuted].map(|taught| taught.worded()).join("\n"));
+    insta::assert_snapshot!([human, silent, confirmed, refuted].map(|taught| taught.wording()).join("\n"));
 }

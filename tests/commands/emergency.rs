@@ -65,7 +65,7 @@ fn run(command: &mut Command) -> (Option<i32>, String, String) {
 }
 
 #[test]
-fn one_robot_is_stopped_although_the_other_cannot_be() {
+fn one_robot_is_stopped_although_stopping_another_fails() {
     if !getuid().is_root() {
         skip::skip("only root can become another user");
         return;
@@ -173,7 +173,7 @@ fn an_unnamed_robot_keeps_the_stop_of_its_predecessor() {
 }
 
 #[test]
-fn a_robot_that_is_named_is_stopped_before_it_runs() {
+fn a_named_robot_is_stopped_before_it_starts() {
     let files = tempfile::tempdir().expect("a folder");
     let leo = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));

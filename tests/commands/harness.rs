@@ -9,7 +9,7 @@ use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use tempfile::TempDir;
 
 /// Generous: the whole study takes five minutes in a debug build on a slow machine.
-const PATIENCE: Duration = Duration::from_secs(900);
+const MAX_WAIT: Duration = Duration::from_secs(900);
 
 /// Output and exit status of a command; no status if a signal ended it.
 #[derive(Debug)]
@@ -64,7 +64,7 @@ pub(crate) fn short_lesson() -> String {
 
 /// Waits until a condition holds; `false` on time-out.
 pub(crate) fn wait_until(holds: impl FnMut() -> bool) -> bool {
-    testkit::robot::wait_until(PATIENCE, holds)
+    testkit::robot::wait_until(MAX_WAIT, holds)
 }
 
 impl Leo {

@@ -63,19 +63,23 @@ fn leave_one_out(more: &mut Value) {
 }
 
 #[test]
-fn on_conflict_it_is_followed_or_asked_as_configured() {
+fn a_conflict_is_decided_or_asked_about_as_configured() {
     for (on_conflict, followed) in [("human", 1), ("own", 0), ("resolve", 1)] {
         let document = concluded(on_conflict, |_| {});
         assert_eq!(document["followed"]["perspective"], followed, "{on_conflict}");
-        assert_eq!(document["open"], Value::Null, "he could not know of the blue square: {on_conflict}");
+        assert_eq!(
+            document["open_question"],
+            Value::Null,
+            "he could not know of the blue square: {on_conflict}"
+        );
     }
     for (on_conflict, followed) in
         [("human", Value::from(1)), ("own", Value::from(0)), ("resolve", Value::Null)]
     {
         let document = concluded(on_conflict, leave_one_out);
         assert_eq!(document["followed"]["perspective"], followed, "{on_conflict}");
-        let is_open = document["open"].as_str().is_some_and(|asked| asked.contains("green square"));
-        assert_eq!(is_open, on_conflict == "resolve", "{on_conflict}: {}", document["open"]);
+        let is_open = document["open_question"].as_str().is_some_and(|asked| asked.contains("green square"));
+        assert_eq!(is_open, on_conflict == "resolve", "{on_conflict}: {}", document["open_question"]);
     }
 }
 
@@ -93,7 +97,7 @@ fn a_question_gives_a_probability_for_each_perspective() {
 }
 
 #[test]
-fn every_run_says_the_same_and_people_are_told_what_was_learned() {
+fn every_run_of_learn_prints_the_same_text() {
     let [one, same]: [CommandOutput; 2] =
         [(); 2].map(|()| run_leo(&["learn", SQUARES, "--language", "extended"]));
     assert_eq!((one.status, &one.out), (Some(0), &same.out), "{one:?}");
@@ -140,14 +144,14 @@ fn an_invalid_line_is_named_with_its_field() {
         ),
         (format!("{HEADER}\n{good}\n{{\"perspectives\": "), &["line 3", "column"]),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (text, words) in cases {
         let file = write(&files, "examples.jsonl", &text);
         let output = run_leo(&["learn", &file, "--json"]);
         assert_refused(&output, 2, &[&["examples.jsonl"], words].concat());
-        worded += &redacted(&output.err, &[(&file, "examples.jsonl")]);
+        wording += &redacted(&output.err, &[(&file, "examples.jsonl")]);
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
     assert_refused(&run_leo(&["learn", "/nowhere.jsonl"]), 2, &["/nowhere.jsonl"]);
 }
 

@@ -250,7 +250,7 @@ fn a_wrong_lesson_is_one_error_that_names_the_place() {
 }
 
 #[test]
-fn bad_usage_is_told_with_what_to_do() {
+fn bad_usage_is_reported_with_a_remedy() {
     let cases: [(&[&str], i32, &str); 9] = [
         (&["run", "--for", "-3"], 2, "above 0"),
         (&["run", "--for", "NaN"], 2, "above 0"),
@@ -293,7 +293,7 @@ fn an_unavailable_memory_is_refused_before_anything_starts() {
 }
 
 #[test]
-fn a_robot_whose_memory_is_damaged_starts_and_says_what_it_lost() {
+fn a_robot_with_a_damaged_store_starts_and_reports_losses() {
     let state = tempfile::tempdir().expect("a folder");
     let folder = state.path().join("leo");
     fs::create_dir(&folder).expect("makes");
@@ -392,7 +392,7 @@ fn an_overflow_is_reported_once_and_the_robot_continues() {
 }
 
 #[test]
-fn control_c_ends_a_run_and_a_lesson_and_leaves_nothing() {
+fn ctrl_c_ends_a_run_and_a_lesson_and_removes_all_files() {
     let (command, files) = leo(&["run"]);
     let run = Leo::start(command, files);
     assert!(wait_until(|| run.said("out").contains("teacher:")), "{}", run.said("err"));
@@ -473,10 +473,10 @@ fn an_ordinary_user_gets_the_robot_and_one_warning_about_rights() {
     let taught = as_nobody(&["teach", &lesson]).end();
     assert_eq!((taught.status, taught.err.as_str()), (Some(0), ""), "{taught:?}");
     assert!(taught.out.contains("rule chosen"), "{taught:?}");
-    let ran = as_nobody(&["run", "--for", "3"]).end();
-    assert_eq!(ran.status, Some(0), "{ran:?}");
-    let warnings: Vec<&str> = ran.err.lines().filter(|line| line.contains("not granted")).collect();
-    let [warning] = warnings.as_slice() else { panic!("{ran:?}") };
+    let output = as_nobody(&["run", "--for", "3"]).end();
+    assert_eq!(output.status, Some(0), "{output:?}");
+    let warnings: Vec<&str> = output.err.lines().filter(|line| line.contains("not granted")).collect();
+    let [warning] = warnings.as_slice() else { panic!("{output:?}") };
     for word in ["rtprio", "LimitRTPRIO", "memlock", "LimitMEMLOCK"] {
         assert!(warning.contains(word), "{warning}");
     }

@@ -73,7 +73,7 @@ fn a_recording_with_an_older_configuration_is_replayed() {
 }
 
 #[test]
-fn what_cannot_be_recorded_or_replayed_is_refused() {
+fn an_impossible_recording_or_replay_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let text = write(&folder, "notes.txt", "these are no frames of anything\n");
@@ -104,7 +104,7 @@ fn what_cannot_be_recorded_or_replayed_is_refused() {
 }
 
 #[test]
-fn a_disk_that_fills_up_leaves_what_was_written() {
+fn a_full_disk_keeps_the_part_written_before() {
     if !rustix::process::getuid().is_root() {
         skip::skip("only root can mount a small disk");
         return;
@@ -189,7 +189,7 @@ fn a_full_disk_ends_only_the_recording_and_leaves_free_space() {
 }
 
 #[test]
-fn a_running_robot_is_recorded_and_notices_nothing() {
+fn recording_does_not_disturb_a_running_robot() {
     let folder = tempfile::tempdir().expect("a folder");
     let Robot(robot, domain) = robot();
     let domain = domain.display().to_string();
@@ -271,7 +271,7 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
 
 /// The recorder within a longer-lived process: started, queried and stopped, twice.
 #[test]
-fn a_process_records_and_goes_on() {
+fn a_recording_process_continues_its_work() {
     let folder = tempfile::tempdir().expect("a folder");
     let Robot(robot, domain) = robot();
     let domain = transport::Domain::at(&domain).expect("a domain");

@@ -111,22 +111,22 @@ fn part_comes_back(part: usize) {
 }
 
 #[test]
-fn every_lesson_of_a_first_part_is_replayed_bit_by_bit() {
+fn lessons_of_part_1_of_4_are_replayed_bit_by_bit() {
     part_comes_back(0);
 }
 
 #[test]
-fn every_lesson_of_a_second_part_is_replayed_bit_by_bit() {
+fn lessons_of_part_2_of_4_are_replayed_bit_by_bit() {
     part_comes_back(1);
 }
 
 #[test]
-fn every_lesson_of_a_third_part_is_replayed_bit_by_bit() {
+fn lessons_of_part_3_of_4_are_replayed_bit_by_bit() {
     part_comes_back(2);
 }
 
 #[test]
-fn every_lesson_of_a_fourth_part_is_replayed_bit_by_bit() {
+fn lessons_of_part_4_of_4_are_replayed_bit_by_bit() {
     part_comes_back(3);
 }
 
@@ -328,7 +328,7 @@ fn a_replay_keeps_its_speed_from_the_start_point() {
 
 /// An attached configuration file is refused with the name of the recording and the file.
 #[test]
-fn a_recording_of_a_body_that_no_robot_can_have_is_refused() {
+fn a_recording_with_an_invalid_body_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let wrong = file(&folder, "wrong.mcap");
     let mut subject =

@@ -14,7 +14,7 @@ fn without_simulator() -> String {
 }
 
 #[test]
-fn a_source_from_outside_changes_nothing_in_simulated_time() {
+fn an_external_source_has_no_effect_in_simulated_time() {
     let files = tempfile::tempdir().expect("a folder");
     let lesson = write(&files, "lesson.toml", &short_lesson());
     let config = write(&files, "leo.toml", &with_camera());
@@ -33,9 +33,9 @@ fn without_a_simulator_source_no_lesson_is_played() {
     let refused = run_leo(&["teach", "config/lessons/task1.toml", "--config", &config]);
     assert_eq!((refused.status, refused.out.as_str()), (Some(2), ""));
     assert!(refused.err.contains("kind \"simulator\""), "{refused:?}");
-    let ran = run_leo(&["-v", "run", "--for", "1", "--config", &config]);
-    assert_eq!(ran.status, Some(0), "{ran:?}");
-    assert!(ran.err.contains("the robot runs") && ran.err.contains("processes=6"), "{ran:?}");
+    let output = run_leo(&["-v", "run", "--for", "1", "--config", &config]);
+    assert_eq!(output.status, Some(0), "{output:?}");
+    assert!(output.err.contains("the robot runs") && output.err.contains("processes=6"), "{output:?}");
 }
 
 /// The configuration with a trace as one more source.

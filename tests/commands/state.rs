@@ -62,7 +62,7 @@ fn an_unwritable_state_directory_refuses_every_writing_command() {
     let tasks = write(&files, "tasks.json", r#"{"leo_tasks": 1, "tasks": []}"#);
     let commands: [&[&str]; 3] =
         [&["run", "--for", "1"], &["tasks", "import", &tasks], &["tasks", "forget", "x"]];
-    for (way, script, said) in WAYS {
+    for (case, script, said) in WAYS {
         for arguments in commands {
             let (ours, folder) = leo(arguments);
             let script = format!(
@@ -72,7 +72,7 @@ fn an_unwritable_state_directory_refuses_every_writing_command() {
             command.args(["--mount", "bash", "-c", &script]).arg(ours.get_program()).arg(folder.path());
             command.args(ours.get_args()).current_dir(env!("CARGO_MANIFEST_DIR"));
             let outcome = outcome(&mut command);
-            assert_ne!(outcome.status, Some(77), "{way}: {outcome:?}");
+            assert_ne!(outcome.status, Some(77), "{case}: {outcome:?}");
             let state = folder.path().join("leo").display().to_string();
             assert_refused(&outcome, 2, &[&state, said, "XDG_STATE_HOME"]);
         }

@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::harness::{read, run_leo, write};
 
 #[test]
-fn the_study_comes_out_as_in_the_paper_in_every_cell() {
+fn the_study_agrees_with_the_paper_in_every_cell() {
     let output = run_leo(&["study", "--json"]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     let study: Value = serde_json::from_str(&output.out).expect("is JSON");
@@ -57,7 +57,7 @@ fn taught_where(lesson: &str, from: &str, to: &str) -> [String; 3] {
 }
 
 #[test]
-fn a_teacher_at_the_side_sees_a_quarter_turned() {
+fn a_teacher_at_the_side_has_a_view_turned_by_90_degrees() {
     let [rule, why, done] = taught("config/lessons/from_the_side.toml", None);
     assert!(rule.contains("6 things") && rule.contains("90°"), "{rule}");
     assert_eq!(done, "in place 6 of 6");
@@ -74,7 +74,7 @@ fn changes_behind_the_teachers_back_are_not_part_of_the_rule() {
 }
 
 #[test]
-fn of_two_teachers_the_view_of_the_demonstrator_counts() {
+fn with_two_teachers_the_view_of_the_demonstrator_counts() {
     let lesson = "config/lessons/two_teachers.toml";
     let [rule, why, done] = taught(lesson, Some(("partners = 1 ", "partners = 2 ")));
     assert_eq!((rule.as_str(), done.as_str()), ("all", "filled 5 of 5"));
@@ -85,7 +85,7 @@ fn of_two_teachers_the_view_of_the_demonstrator_counts() {
 }
 
 #[test]
-fn rules_that_people_chose_are_learned_in_the_extended_language_and_done() {
+fn rules_chosen_by_participants_are_learned_in_the_extended_language() {
     let extended = |lesson: &str| taught_where(lesson, "language = \"paper\"", "language = \"extended\"");
     assert_eq!(extended("config/lessons/three_of_them.toml"), ["three of them", "human", "filled 3 of 3"]);
     // Far from the teacher's view, performed in Leo's own.
@@ -93,7 +93,7 @@ fn rules_that_people_chose_are_learned_in_the_extended_language_and_done() {
 }
 
 #[test]
-fn one_slip_in_three_showings_does_not_hide_the_rule() {
+fn one_slip_in_three_demonstrations_does_not_hide_the_rule() {
     let taught = taught_where("config/lessons/a_slip.toml", "noise = 0.0 ", "noise = 0.05 ");
     assert_eq!(taught, ["all", "human", "filled 5 of 5"]);
 }

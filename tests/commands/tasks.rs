@@ -22,7 +22,7 @@ fn exported() -> Value {
 }
 
 #[test]
-fn what_was_learned_is_listed_shown_exported_forgotten_and_imported() {
+fn learned_tasks_are_listed_shown_exported_forgotten_and_imported() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state").display().to_string();
     let ask = |arguments: &[&str]| run_leo(&[&["tasks"], arguments, &["--state", &state]].concat());
@@ -76,18 +76,18 @@ fn an_ambiguous_example_is_shown_as_a_question() {
 }
 
 #[test]
-fn a_file_that_is_no_export_changes_nothing() {
+fn importing_an_invalid_file_changes_no_task() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state").display().to_string();
     let import = |text: &str| {
         let file = write(&files, "learned.json", text);
         run_leo(&["tasks", "import", &file, "--state", &state])
     };
-    let mut worded = String::new();
+    let mut wording = String::new();
     let mut assert_import_refused = |text: &str, words: &[&str]| {
         let output = import(text);
         assert_refused(&output, 2, &[&["learned.json"], words].concat());
-        worded += &redacted(&output.err, &[(&files.path().display().to_string(), "[files]")]);
+        wording += &redacted(&output.err, &[(&files.path().display().to_string(), "[files]")]);
     };
     assert_import_refused("{", &["line 1"]);
     assert_import_refused(r#"{ "leo_tasks": 1, "tasks": [], "more": 1 }"#, &["`more`"]);
@@ -99,7 +99,7 @@ fn a_file_that_is_no_export_changes_nothing() {
     let again = twice["tasks"][0].clone();
     twice["tasks"].as_array_mut().expect("a list").push(again);
     assert_import_refused(&twice.to_string(), &["task 2 "]);
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
     assert_refused(&run_leo(&["tasks", "import", "/nowhere.json", "--state", &state]), 2, &["/nowhere.json"]);
     assert_eq!(run_leo(&["tasks", "list", "--json", "--state", &state]).out.trim(), "[]");
 }
@@ -137,7 +137,7 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
     let output = ask(&["export"]);
     assert_eq!((output.status, &output.out), (Some(0), &out), "{output:?}");
     assert!(says(&output.err, &["WARN", "learned.store", "learned.damaged.store"]), "{output:?}");
-    let mut worded = output.err;
+    let mut wording = output.err;
     assert_eq!(ask(&["export"]).err, "", "it is told once");
 
     // Damage to both copies loses one example.
@@ -151,7 +151,7 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
     assert_eq!(output.status, Some(0), "{output:?}");
     let words = ["ERROR", "learned.damaged.2.store", "learned.copy.damaged.store", " 1 of the examples"];
     assert!(says(&output.err, &words), "{output:?}");
-    worded += &output.err;
+    wording += &output.err;
     assert!(output.out.starts_with("Task 1 ") && !output.out.contains("Task 2"), "{output:?}");
 
     // Empty files do not count as a new store.
@@ -161,8 +161,8 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
     let output = ask(&["list"]);
     assert!(output.status == Some(0) && !output.out.contains("Task"), "{output:?}");
     assert!(says(&output.err, &["ERROR", "learned.store", "learned.damaged."]), "{output:?}");
-    worded += &output.err;
-    insta::assert_snapshot!(redacted(&worded, &[(&files.path().display().to_string(), "[files]")]));
+    wording += &output.err;
+    insta::assert_snapshot!(redacted(&wording, &[(&files.path().display().to_string(), "[files]")]));
 }
 
 #[test]

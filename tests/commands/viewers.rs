@@ -14,7 +14,7 @@ use crate::recordings::{file, frames, recorded};
 use crate::venv;
 
 #[test]
-fn the_layout_for_viewers_shows_channels_that_there_are() {
+fn the_viewer_layout_shows_only_existing_channels() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let to = file(&folder, "short.mcap");
@@ -140,12 +140,12 @@ json.dump({"counts": counts, "decoded": decoded, "beliefs": beliefs, "metadata":
 "#;
 
 #[test]
-fn readers_that_know_nothing_of_leo_open_a_recording() {
+fn generic_mcap_readers_open_a_recording() {
     let Some(python) = venv::interpreter("mcap-ros2-support==0.5.7", "mcap_ros2.decoder") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let script = write(&folder, "read.py", PYTHON);
     let (to, frames) = lesson(&folder);
-    let output = ran(Command::new(python).args([&script, &to]));
+    let output = run(Command::new(python).args([&script, &to]));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("is JSON");
 
     let expected = Expected::of(&frames);
@@ -243,7 +243,7 @@ fn a_truncated_recording_is_readable_by_other_tools_too() {
     for frame in &frames {
         *ours.entry(Channel(frame.topic).to_string()).or_default() += 1;
     }
-    let output = ran(Command::new(python).args([&script, &to]));
+    let output = run(Command::new(python).args([&script, &to]));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("is JSON");
     assert_eq!(found["is_cut"], true);
     let theirs = found["counts"].as_object().expect("counts");
@@ -275,7 +275,7 @@ fn a_common_viewer_shows_every_message_of_every_channel() {
     let rerun = |arguments: &[&str]| {
         // The viewer's usage data goes to the temporary folder.
         let mut viewer = Command::new(beside(&python, "rerun"));
-        ran(viewer.args(arguments).env("HOME", folder.path()).env_remove("XDG_CONFIG_HOME"))
+        run(viewer.args(arguments).env("HOME", folder.path()).env_remove("XDG_CONFIG_HOME"))
     };
 
     let checked = String::from_utf8(rerun(&["mcap", "check", &to]).stdout).expect("is text");
@@ -287,7 +287,7 @@ fn a_common_viewer_shows_every_message_of_every_channel() {
 
     let shown = file(&folder, "short.rrd");
     rerun(&["mcap", "convert", &to, "--output", &shown]);
-    let output = ran(Command::new(python).args([&script, &shown]));
+    let output = run(Command::new(python).args([&script, &shown]));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("is JSON");
     // The viewer creates one row for each transform, and plots of the joints.
     messages.insert("/tf".to_owned(), transforms);
@@ -307,7 +307,7 @@ fn beside(python: &Path, program: &str) -> PathBuf {
 }
 
 /// Runs a command that must succeed.
-fn ran(command: &mut Command) -> Output {
+fn run(command: &mut Command) -> Output {
     let output = command.output().expect("runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     output

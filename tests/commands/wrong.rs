@@ -19,7 +19,7 @@ fn said(report: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn misunderstandings_are_answered_one_by_one() {
+fn each_misunderstood_sentence_gets_its_own_answer() {
     let report = report("config/lessons/misunderstandings.toml", "config/leo.toml");
     let said = said(&report);
     let contradiction = said.iter().find(|text| text.contains("2 examples: ")).expect("it was said");
@@ -54,12 +54,16 @@ fn a_vanished_object_is_reported_and_the_rest_is_learned() {
     let config = write(&files, "leo.toml", &(read("config/leo.toml") + source));
     let lesson = read("config/lessons/misunderstandings.toml");
     let head = lesson.split("# Every sentence comes").next().expect("a head");
-    let showing =
+    let demonstration =
         lesson.split("# ... and then").next().expect("most of it").split("# The teacher fills").nth(1);
     // The teacher waits meanwhile.
-    let showing =
-        showing.expect("a showing").split_once('\n').expect("lines").1.replace("at_s = 3.0", "at_s = 8.0");
-    let lesson = write(&files, "lesson.toml", &(head.to_owned() + &showing));
+    let demonstration = demonstration
+        .expect("a showing")
+        .split_once('\n')
+        .expect("lines")
+        .1
+        .replace("at_s = 3.0", "at_s = 8.0");
+    let lesson = write(&files, "lesson.toml", &(head.to_owned() + &demonstration));
     let report = report(&lesson, &config);
     let said = said(&report);
     assert!(said.get(1).is_some_and(|text| text.contains("blue square")), "{said:#?}");

@@ -24,7 +24,7 @@ fn confirmed() -> String {
 }
 
 #[test]
-fn an_end_in_order_leaves_no_torque_on() {
+fn an_orderly_end_leaves_no_torque_on() {
     let rig = Rig::new("end-order");
     let mut robot = rig.run();
     rig.follow();
@@ -128,7 +128,7 @@ fn a_supervisor_killed_between_motor_restarts_leaves_no_torque_on() {
 }
 
 #[test]
-fn whenever_every_process_dies_no_servo_has_torque_without_its_watchdog() {
+fn after_the_death_of_all_processes_torque_remains_only_with_watchdog() {
     let rig = Rig::new("end-watchdog");
     let mut with_torque = 0;
     // Each robot starts with the servos as the one before left them: with torque from the first robot that
@@ -154,7 +154,7 @@ fn whenever_every_process_dies_no_servo_has_torque_without_its_watchdog() {
 }
 
 #[test]
-fn a_robot_whose_log_has_no_room_ends_in_order() {
+fn a_robot_with_a_full_log_disk_ends_in_order() {
     let rig = Rig::new("end-disk");
     let mut command = Command::new("/bin/sh");
     command.args(["-c", "exec \"$0\" \"$@\" >/dev/full 2>/dev/full"]).arg(program());
@@ -318,7 +318,7 @@ fn an_emergency_stop_reaches_a_motor_process_whose_shared_memory_is_gone() {
 }
 
 #[test]
-fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
+fn an_emergency_stop_without_a_motor_process_opens_the_buses() {
     let mut rig = Rig::new("stop-none");
     let mut robot = rig.run();
     rig.follow();

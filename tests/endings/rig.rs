@@ -25,7 +25,7 @@ const BAUD: u32 = 4_000_000;
 const TORQUE_ENABLE: u8 = 64;
 pub(crate) const JOINTS: usize = 65;
 /// Generous: the machine may be loaded.
-const PATIENCE: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 /// Required maximum time until torque is off.
 pub(crate) const OFF_WITHIN: Duration = Duration::from_secs(5);
 
@@ -173,7 +173,7 @@ impl Rig {
     /// Arms the joints until all of them follow and thus have torque.
     pub(crate) fn follow(&self) {
         let mut ordered_at = None;
-        let follows = until(PATIENCE, || {
+        let follows = until(MAX_WAIT, || {
             let now = clock::now();
             if ordered_at.is_none_or(|at| now.since(at) > Duration::from_millis(300)) {
                 ordered_at = Some(now);
@@ -204,7 +204,7 @@ impl Rig {
 
     pub(crate) fn pid(&self, process: &str) -> i32 {
         let mut found = None;
-        let runs = until(PATIENCE, || {
+        let runs = until(MAX_WAIT, || {
             found = self.processes().get(process).copied();
             found.is_some()
         });
@@ -219,7 +219,7 @@ impl Rig {
         signal(supervisor, Signal::STOP);
         let status = format!("/proc/{supervisor}/status");
         let stands = || fs::read_to_string(&status).is_ok_and(|status| status.contains("State:\tT"));
-        assert!(until(PATIENCE, stands), "the supervisor does not stop");
+        assert!(until(MAX_WAIT, stands), "the supervisor does not stop");
         let mut all = self.processes();
         all.remove("run");
         all.values().for_each(|pid| signal(*pid, Signal::KILL));
@@ -267,7 +267,7 @@ impl Rig {
     pub(crate) fn with_torque(&self) -> Vec<WithTorque> {
         let mut read = None;
         // The kernel closes a killed process's files shortly after its death.
-        let opened = until(PATIENCE, || {
+        let opened = until(MAX_WAIT, || {
             read = self.torque_now();
             read.is_some()
         });
@@ -355,7 +355,7 @@ pub(crate) fn leo(arguments: &[&str]) -> Command {
 /// Waits for the end of a child; `None` on time-out.
 pub(crate) fn end_of(child: &mut Child) -> Option<ExitStatus> {
     let mut status = None;
-    until(PATIENCE, || {
+    until(MAX_WAIT, || {
         status = child.try_wait().expect("ours");
         status.is_some()
     });

@@ -11,7 +11,7 @@ pub(crate) use testkit::robot::pause;
 use testkit::robot::{self, Said};
 
 /// Generous: the machine may be loaded.
-const PATIENCE: Duration = Duration::from_secs(90);
+const MAX_WAIT: Duration = Duration::from_secs(90);
 
 /// One of two linked machines: a `leo run` with its own domain and state directory. Dropping it kills it.
 pub(crate) struct Machine {
@@ -39,7 +39,7 @@ pub(crate) fn leo(namespace: Option<&str>) -> Command {
 
 /// Waits until a condition holds; `false` on time-out.
 pub(crate) fn wait_until(holds: impl FnMut() -> bool) -> bool {
-    robot::wait_until(PATIENCE, holds)
+    robot::wait_until(MAX_WAIT, holds)
 }
 
 /// The configuration with some changed values. A key of `leo.toml` is prefixed by its section if it is

@@ -183,7 +183,7 @@ fn plan_cores() -> Vec<(&'static str, &'static str)> {
 }
 
 #[test]
-fn the_hot_path_does_not_notice_what_the_network_does() {
+fn a_flooded_network_does_not_delay_the_hot_path() {
     let _alone = alone();
     let plan = plan_cores();
     let Some(mut network) = Network::or_skip("hot") else { return };

@@ -50,7 +50,7 @@ fn watched(machine: &Machine) -> usize {
 }
 
 #[test]
-fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
+fn tasks_learned_over_a_bad_network_are_correct_and_kept() {
     let _alone = alone();
     let Some(mut network) = Network::or_skip("taught") else { return };
     let [a, b] = network.names.clone();

@@ -50,7 +50,7 @@ fn without_devices(mock: &MockBus, text: &str) -> String {
 }
 
 #[test]
-fn servos_are_found_read_written_and_let_go() {
+fn servos_are_found_read_written_and_released() {
     let mock = MockBus::start(&[]);
     let said = well(&mock, &["scan"]);
     assert!(said.contains("7 servos") && said.contains("torso_yaw_joint"), "{said}");
@@ -82,7 +82,7 @@ fn torque_off_names_every_joint_that_does_not_confirm_it() {
     assert_eq!(status, Some(1), "{said} {wrong}");
     assert!(said.contains("6 servos"), "{said}");
     assert!(wrong.contains("torso_roll_joint (id 3)") && wrong.matches("_joint").count() == 1, "{wrong}");
-    let mut worded = without_devices(&mock, &format!("{said}\n{wrong}"));
+    let mut wording = without_devices(&mock, &format!("{said}\n{wrong}"));
     mock.tell("clear");
     assert!(well(&mock, &["torque", "off"]).contains("7 servos"));
 
@@ -95,12 +95,12 @@ fn torque_off_names_every_joint_that_does_not_confirm_it() {
         .expect("runs");
     let wrong = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{wrong}");
-    worded += &format!("\n{}", without_devices(&mock, &wrong));
-    insta::assert_snapshot!(worded);
+    wording += &format!("\n{}", without_devices(&mock, &wrong));
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
-fn a_fault_on_one_bus_keeps_torque_on_on_no_other() {
+fn torque_goes_off_on_every_bus_despite_a_fault_on_one() {
     let mock = MockBus::start(&[]);
     let hangs_up = serial::Pty::new(4_000_000).expect("there are pseudo-terminals");
     let dies_at = hangs_up.path().to_owned();
@@ -175,7 +175,7 @@ fn an_alert_is_shown_and_a_reboot_clears_it() {
 #[test]
 fn a_servo_changes_id_and_speed_only_with_confirmation() {
     let mock = MockBus::start(&[]);
-    let mut worded = vec![
+    let mut wording = vec![
         refused(&mock, &["set-id", "--id", "7", "--to", "6", "--yes"], (1, "id 6 ")),
         refused(&mock, &["set-id", "--id", "7", "--to", "77"], (2, "--yes")),
     ];
@@ -185,8 +185,8 @@ fn a_servo_changes_id_and_speed_only_with_confirmation() {
     assert!(said.contains("id  77") && said.contains("not in motor.toml"), "{said}");
     assert!(said.lines().any(|line| line.contains("id   7") && line.contains("does not answer")), "{said}");
     well(&mock, &["set-baud", "--id", "77", "--to", "1000000", "--yes"]);
-    worded.push(refused(&mock, &["read", "--id", "77", "model_number"], (1, "id 77 ")));
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(refused(&mock, &["read", "--id", "77", "model_number"], (1, "id 77 ")));
+    insta::assert_snapshot!(wording.join("\n"));
     assert!(well(&mock, &["read", "--id", "77", "model_number", "--baud", "1000000"]).contains("1020"));
 }
 
@@ -194,7 +194,7 @@ fn a_servo_changes_id_and_speed_only_with_confirmation() {
 fn impossible_arguments_are_refused_with_alternatives() {
     let mock = MockBus::start(&[]);
     refused(&mock, &["read", "--id", "1", "goal_positon"], (2, "goal_"));
-    let mut worded = vec![
+    let mut wording = vec![
         refused(&mock, &["read", "nose_joint"], (2, "`nose_joint`")),
         refused(&mock, &["read", "--id", "99"], (1, "id 99 ")),
         refused(&mock, &["write", "--id", "1", "goal_position", "12V"], (2, "`12V`")),
@@ -205,12 +205,12 @@ fn impossible_arguments_are_refused_with_alternatives() {
     let wrong = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2));
     assert!(wrong.contains("`leo mock-bus`"), "{wrong}");
-    worded.push(wrong.into_owned());
+    wording.push(wrong.into_owned());
     let output =
         Command::new(env!("CARGO_BIN_EXE_leo")).args(["bus", "torque", "off"]).output().expect("runs");
     let wrong = String::from_utf8_lossy(&output.stderr);
     assert_eq!((output.status.code(), wrong.lines().count()), (Some(2), 1), "{wrong}");
     assert!(wrong.contains("`leo mock-bus`"), "{wrong}");
-    worded.push(wrong.into_owned());
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(wrong.into_owned());
+    insta::assert_snapshot!(wording.join("\n"));
 }

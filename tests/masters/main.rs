@@ -76,8 +76,8 @@ fn the_vendors_sdk_scans_reads_writes_and_reboots_every_servo() {
         })
         .collect();
     for (bus, master) in masters {
-        let ran = master.wait_with_output().expect("ends");
-        assert!(ran.status.success(), "{bus}: {}", String::from_utf8_lossy(&ran.stderr));
+        let output = master.wait_with_output().expect("ends");
+        assert!(output.status.success(), "{bus}: {}", String::from_utf8_lossy(&output.stderr));
     }
     assert!(mock.stop().success());
 }
@@ -128,16 +128,16 @@ fn faults_are_switched_on_and_off_while_it_runs() {
     let found = |port: &mut Box<dyn SerialPort>| master.broadcast_ping(port.as_mut()).unwrap_or_default();
     assert_eq!(found(&mut port), TORSO);
 
-    let mut worded = vec![mock.tell("fault drop bus=torso id=5")];
+    let mut wording = vec![mock.tell("fault drop bus=torso id=5")];
     assert!(comes(|| found(&mut port) == [1, 2, 3, 4, 6, 7]));
     for (command, word) in [("fault drop bus=torsoo", "`bus=torsoo`"), ("dance", "`dance`")] {
         let said = mock.tell(command);
         assert!(said.contains(word), "{said}");
-        worded.push(said);
+        wording.push(said);
     }
     assert!(comes(|| found(&mut port) == [1, 2, 3, 4, 6, 7]), "a refused command changes nothing");
-    worded.push(mock.tell("clear"));
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(mock.tell("clear"));
+    insta::assert_snapshot!(wording.join("\n"));
     assert!(comes(|| found(&mut port) == TORSO));
 
     // The file is accepted as a whole or not at all.
@@ -190,8 +190,8 @@ fn leftovers_of_a_killed_process_are_removed_at_the_next_start() {
 fn invalid_mock_bus_faults_are_refused_before_anything_runs() {
     let said = |arguments: &[&str]| {
         let mut leo = Command::new(env!("CARGO_BIN_EXE_leo"));
-        let ran = leo.arg("mock-bus").args(arguments).output().expect("starts");
-        (ran.status.code(), String::from_utf8_lossy(&ran.stderr).into_owned(), ran.stdout.len())
+        let output = leo.arg("mock-bus").args(arguments).output().expect("starts");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned(), output.stdout.len())
     };
     let (code, words, printed) = said(&["--fault", "drop p=7"]);
     assert_eq!((code, printed), (Some(2), 0));
@@ -226,10 +226,10 @@ fn configured_faults_are_injected_and_invalid_ones_refused() {
 
     configure("dorp");
     for command in ["mock-bus", "check", "run"] {
-        let ran = Command::new(env!("CARGO_BIN_EXE_leo")).args([command, "--config", config]).output();
-        let ran = ran.expect("starts");
-        let words = String::from_utf8_lossy(&ran.stderr);
+        let output = Command::new(env!("CARGO_BIN_EXE_leo")).args([command, "--config", config]).output();
+        let output = output.expect("starts");
+        let words = String::from_utf8_lossy(&output.stderr);
         let says = words.starts_with("leo: leo.toml: `faults` of [mock_bus]: `dorp` ");
-        assert!(ran.status.code() == Some(2) && says, "{command}: {words}");
+        assert!(output.status.code() == Some(2) && says, "{command}: {words}");
     }
 }

@@ -47,7 +47,7 @@ fn a_joint_moves_slowly_within_its_limits_in_its_own_frame() {
     let leo = folder.path().join("leo.toml");
     let config = ["--config", leo.to_str().expect("letters")];
     let with = |words: &[&'static str]| [words, &config].concat();
-    let mut worded = vec![refused(
+    let mut wording = vec![refused(
         &mock,
         &with(&["write", YAW, "goal_position", "10deg"]),
         (1, "`leo bus torque on torso_yaw_joint`"),
@@ -69,20 +69,20 @@ fn a_joint_moves_slowly_within_its_limits_in_its_own_frame() {
 
     let before = count(&mock, "present_position");
     let limits = "from -45.8 deg (-0.800 rad) to 45.8 deg (0.800 rad), and -170.0 deg (-2.967 rad)";
-    worded.push(refused(&mock, &with(&["write", YAW, "goal_position", "-170deg"]), (1, limits)));
-    worded.push(refused(&mock, &with(&["write", YAW, "goal_position", "2048"]), (2, "`2048`")));
+    wording.push(refused(&mock, &with(&["write", YAW, "goal_position", "-170deg"]), (1, limits)));
+    wording.push(refused(&mock, &with(&["write", YAW, "goal_position", "2048"]), (2, "`2048`")));
     assert_eq!(count(&mock, "present_position"), before);
     well(&mock, &["torque", "off", YAW]);
     well(&mock, &["write", YAW, "homing_offset", "100"]);
-    worded.push(refused(&mock, &with(&["torque", "on", YAW]), (1, "homing_offset is 100")));
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(refused(&mock, &with(&["torque", "on", YAW]), (1, "homing_offset is 100")));
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]
 fn torque_comes_on_where_a_joint_stands_and_not_beyond_its_limits() {
     let mock = MockBus::start(&[]);
     well(&mock, &["write", YAW, "profile_velocity", "0"]);
-    let mut worded = vec![
+    let mut wording = vec![
         refused(&mock, &["torque", "on", "--id", "1"], (2, "--raw")),
         refused(&mock, &["write", "--id", "1", "torque_enable", "1"], (2, "--raw")),
         refused(&mock, &["torque", "on", "--id", "1", "--raw"], (2, "--yes")),
@@ -96,32 +96,32 @@ fn torque_comes_on_where_a_joint_stands_and_not_beyond_its_limits() {
     well(&mock, &["write", "--id", "1", "goal_position", &far.to_string(), "--raw", "--yes"]);
     assert!(crate::comes(|| count(&mock, "present_position") == far));
     let stands = (1, "68.7 deg (1.200 rad)");
-    worded.push(refused(&mock, &["write", YAW, "goal_position", "0deg"], stands));
+    wording.push(refused(&mock, &["write", YAW, "goal_position", "0deg"], stands));
     well(&mock, &["torque", "off"]);
-    worded.push(refused(&mock, &["torque", "on", YAW], stands));
-    worded.push(refused(&mock, &["write", YAW, "torque_enable", "1"], stands));
+    wording.push(refused(&mock, &["torque", "on", YAW], stands));
+    wording.push(refused(&mock, &["write", YAW, "torque_enable", "1"], stands));
     assert_eq!(count(&mock, "torque_enable"), 0);
-    insta::assert_snapshot!(worded.join("\n"));
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]
 fn moving_a_servo_past_its_limits_needs_confirmation() {
     let mock = MockBus::start(&[]);
-    let mut worded = Vec::new();
+    let mut wording = Vec::new();
     for item in ["goal_velocity", "goal_pwm", "goal_current", "goal_position", "indirect_data_1"] {
-        worded.push(refused(&mock, &["write", "--id", "1", item, "1"], (2, item)));
-        worded.push(refused(&mock, &["write", "--id", "1", item, "1", "--raw"], (2, "--yes")));
+        wording.push(refused(&mock, &["write", "--id", "1", item, "1"], (2, item)));
+        wording.push(refused(&mock, &["write", "--id", "1", item, "1", "--raw"], (2, "--yes")));
         well(&mock, &["write", "--id", "1", item, "1", "--raw", "--yes"]);
         if item != "goal_position" {
-            worded.push(refused(&mock, &["write", YAW, item, "1"], (2, item)));
+            wording.push(refused(&mock, &["write", YAW, item, "1"], (2, item)));
         }
     }
-    insta::assert_snapshot!(worded.join("\n"));
+    insta::assert_snapshot!(wording.join("\n"));
     well(&mock, &["write", "--id", "1", "led", "1"]);
 }
 
 #[test]
-fn a_goal_that_a_tripped_watchdog_locks_says_so() {
+fn a_goal_refused_by_a_tripped_watchdog_is_reported_with_the_remedy() {
     let mock = MockBus::start(&[]);
     well(&mock, &["torque", "on", YAW]);
     assert!(trips(&mock));
@@ -158,7 +158,7 @@ fn ctrl_c_stops_a_joint_where_it_is() {
 }
 
 #[test]
-fn a_joint_that_something_holds_is_said_and_stopped() {
+fn a_blocked_joint_is_reported_and_stopped() {
     let mut mock = MockBus::start(&[]);
     well(&mock, &["torque", "on", YAW]);
     mock.tell("fault blocked bus=torso id=1");

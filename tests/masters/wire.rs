@@ -14,7 +14,7 @@ use crate::open;
 const ON_WIRE: Duration = Duration::from_nanos(72_500);
 
 #[test]
-fn no_read_is_answered_before_the_wire_could_have_brought_it() {
+fn no_reply_arrives_before_its_transmission_time() {
     let mock = MockBus::start(&[]);
     let mut port = open(&mock, "torso");
     DynamixelProtocolHandler::v2().write(port.as_mut(), 1, 9, &[0]).expect("answers");
@@ -47,7 +47,7 @@ fn a_new_identifier_is_acknowledged_with_the_old_one() {
 }
 
 #[test]
-fn a_hardware_alert_is_said_by_every_command_with_what_clears_it() {
+fn every_bus_command_reports_a_hardware_alert_with_the_remedy() {
     let mock = MockBus::start(&["--fault", "overload bus=torso id=5 at=0s"]);
     let says = "`leo bus reboot --id 5`";
     for words in
@@ -66,7 +66,7 @@ fn a_hardware_alert_is_said_by_every_command_with_what_clears_it() {
 }
 
 #[test]
-fn a_line_that_echoes_is_used_all_the_same_and_said() {
+fn an_echoing_line_is_used_and_reported() {
     let mock = MockBus::start(&["--fault", "echo bus=torso"]);
     let said = well(&mock, &["scan"]);
     assert!(said.contains("7 servos") && said.contains("echoes"), "{said}");
@@ -79,7 +79,7 @@ fn a_line_that_echoes_is_used_all_the_same_and_said() {
 }
 
 #[test]
-fn servos_at_another_speed_are_found_and_said() {
+fn servos_at_another_speed_are_found_and_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let motor = read("config/motor.toml");
     let slow = motor.replace(

@@ -25,7 +25,7 @@ fn ask(command: &mut Command) -> Option<Output> {
 }
 
 #[test]
-fn systemd_takes_the_unit_and_calls_it_safe() {
+fn systemd_accepts_the_unit_and_rates_it_as_safe() {
     let folder = tempfile::tempdir().expect("a folder");
     let unit = folder.path().join("leo.service");
     // The program is not at its installed path.
@@ -66,7 +66,7 @@ fn drivers_of_plugged_in_adapters_are_loaded_before_the_unit() {
 
 /// Each setting whose change the security score above would not detect.
 #[test]
-fn the_unit_may_do_what_it_needs_and_no_more() {
+fn the_unit_has_exactly_the_needed_rights() {
     let unit = read("package/leo.service");
     for (key, words) in [
         ("User", &["leo"][..]),
@@ -101,7 +101,7 @@ fn the_command_line_of_the_unit_is_understood() {
 }
 
 #[test]
-fn every_command_that_people_see_has_a_page_and_shells_complete_it() {
+fn every_public_command_has_a_manual_page_and_shell_completion() {
     let folder = tempfile::tempdir().expect("a folder");
     let written =
         Command::new(env!("CARGO_BIN_EXE_leo")).arg("manual").arg(folder.path()).output().expect("runs");
@@ -156,7 +156,7 @@ fn the_rules_for_adapters_and_the_user_are_in_order() {
 }
 
 #[test]
-fn whatever_the_package_brings_is_there() {
+fn every_file_of_the_package_is_installed() {
     let manifest: String = read("Cargo.toml");
     let assets =
         manifest.split("assets = [").nth(1).and_then(|rest| rest.split("\n]").next()).expect("assets");

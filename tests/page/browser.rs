@@ -64,12 +64,13 @@ fn copied(from: &Path, to: &Path) {
 }
 
 #[test]
-fn the_page_is_what_its_sources_build_and_its_parts_hold() {
+fn the_built_page_matches_its_sources_and_its_unit_tests_pass() {
     let Some(page) = prepared() else { return };
     for script in ["check", "types", "test"] {
-        let ran = Command::new("npm").args(["run", script]).current_dir(&page).output().expect("npm runs");
-        let said = String::from_utf8_lossy(&ran.stdout).into_owned() + &String::from_utf8_lossy(&ran.stderr);
-        assert!(ran.status.success(), "npm run {script}: {said}");
+        let output = Command::new("npm").args(["run", script]).current_dir(&page).output().expect("npm runs");
+        let said =
+            String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "npm run {script}: {said}");
     }
 }
 
@@ -93,9 +94,9 @@ fn script(script: &str, arguments: &[&str]) -> Option<Command> {
 
 /// The output of a script of the page's tests; `None` without a browser.
 fn played(name: &str, arguments: &[&str]) -> Option<Vec<u8>> {
-    let ran = script(name, arguments)?.output().expect("node runs");
-    assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
-    Some(ran.stdout)
+    let output = script(name, arguments)?.output().expect("node runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    Some(output.stdout)
 }
 
 /// The address of a robot's page.
@@ -196,7 +197,7 @@ fn the_printed_address_admits_a_browser_and_stopping_needs_no_token() {
 }
 
 #[test]
-fn without_the_token_a_page_only_watches_and_says_how_to_command() {
+fn without_the_token_a_page_is_read_only_and_explains_it() {
     let _alone = alone(&BROWSER);
     let robot = Robot::configured("watch", |leo| {
         let setting = "read_without_token = \"nothing\"";
@@ -248,8 +249,8 @@ fn an_open_page_reconnects_to_the_next_console_and_robot() {
         robot.restart();
         assert_eq!(robot.host, served_at);
     }
-    let ran = page.wait_with_output().expect("it ends");
-    assert!(is_asked && ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
+    let output = page.wait_with_output().expect("it ends");
+    assert!(is_asked && output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
 #[test]

@@ -3,11 +3,11 @@ use rustix::process::{Pid, Signal, kill_process};
 use serde_json::json;
 
 use crate::page::{Page, find, opened};
-use crate::robot::{Host, PATIENCE, Robot};
+use crate::robot::{Host, MAX_WAIT, Robot};
 
 /// Opens the page of a restarted console at the same address.
 fn found_again(host: &Host) -> Page {
-    let end = clock::now() + PATIENCE;
+    let end = clock::now() + MAX_WAIT;
     while opened(host, &format!("http://{host}")).is_err() {
         assert!(clock::now() < end, "nobody listens at {host} any more");
         clock::sleep_until(clock::now() + Duration::from_millis(20));

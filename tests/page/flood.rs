@@ -5,7 +5,7 @@ use std::thread;
 
 use clock::Duration;
 
-use crate::robot::{Host, PATIENCE, Robot};
+use crate::robot::{Host, MAX_WAIT, Robot};
 
 /// Number of half-open connections.
 const FLOOD: usize = 250;
@@ -39,7 +39,7 @@ fn flood(host: &Host, opened: &AtomicU64, over: &AtomicBool) {
 fn timed(host: &Host, request: &str) -> (String, Duration) {
     let began = clock::now();
     let mut stream = TcpStream::connect(&**host).expect("it listens");
-    stream.set_read_timeout(Some(PATIENCE)).expect("a time");
+    stream.set_read_timeout(Some(MAX_WAIT)).expect("a time");
     stream.write_all(request.as_bytes()).expect("sent");
     let mut answer = String::new();
     let _shut = stream.read_to_string(&mut answer);
@@ -53,7 +53,7 @@ fn half_open_connections_block_neither_metrics_nor_the_stop() {
     let (opened, over) = (AtomicU64::new(0), AtomicBool::new(false));
     thread::scope(|scope| {
         scope.spawn(|| flood(host, &opened, &over));
-        let end = clock::now() + PATIENCE;
+        let end = clock::now() + MAX_WAIT;
         while opened.load(Ordering::Relaxed) < u64::try_from(2 * FLOOD).expect("small") && clock::now() < end
         {
             thread::yield_now();

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
-use crate::robot::{Host, PATIENCE};
+use crate::robot::{Host, MAX_WAIT};
 
 /// A page without a browser: it holds the state entries and waits for answers.
 pub(crate) struct Page {
@@ -21,7 +21,7 @@ pub(crate) struct Page {
 /// Opens a connection as a page; returns the reason if it is refused.
 pub(crate) fn opened(host: &Host, origin: &str) -> Result<WebSocket<TcpStream>, String> {
     let stream = TcpStream::connect(&**host).map_err(|error| error.to_string())?;
-    stream.set_read_timeout(Some(PATIENCE)).expect("a time");
+    stream.set_read_timeout(Some(MAX_WAIT)).expect("a time");
     let mut request =
         format!("ws://{host}/live?token={}", host.token).into_client_request().expect("an address");
     request.headers_mut().insert("origin", origin.parse().expect("an origin"));
@@ -64,7 +64,7 @@ impl Page {
 
     /// Receives messages until a condition holds.
     pub(crate) fn wait(&mut self, what: &str, mut holds: impl FnMut(&BTreeMap<String, Value>) -> bool) {
-        let end = clock::now() + PATIENCE;
+        let end = clock::now() + MAX_WAIT;
         while !holds(&self.cells) {
             assert!(clock::now() < end, "{what} does not come about: {:#?}", self.lines());
             self.hear();

@@ -7,11 +7,11 @@ use tungstenite::{Bytes, Message, WebSocket};
 
 use crate::dice::{Dice, WISHES, frame};
 use crate::page::{Page, opened};
-use crate::robot::{Host, PATIENCE, Robot};
+use crate::robot::{Host, MAX_WAIT, Robot};
 
 /// Opens a page as soon as earlier ones are closed.
 fn let_in(host: &Host) -> WebSocket<TcpStream> {
-    let end = clock::now() + PATIENCE;
+    let end = clock::now() + MAX_WAIT;
     loop {
         match opened(host, &format!("http://{host}")) {
             Ok(socket) => return socket,
@@ -44,7 +44,7 @@ fn answer(host: &str, request: &str) -> Vec<String> {
 }
 
 #[test]
-fn pages_of_elsewhere_are_refused() {
+fn pages_of_other_origins_are_refused() {
     let robot = Robot::start("origin");
     let host = &robot.host;
     assert!(opened(host, "http://evil.example").expect_err("refused").contains("403"));
@@ -259,7 +259,7 @@ fn pages_beyond_the_limit_are_refused_and_others_served() {
         page.wait("the robot", |cells| cells.contains_key("robot"));
     }
     assert!(opened(&robot.host, &origin).expect_err("refused").contains("503"));
-    let end = clock::now() + PATIENCE;
+    let end = clock::now() + MAX_WAIT;
     drop(pages);
     // Closed pages free their slots.
     while opened(&robot.host, &origin).is_err() {

@@ -63,14 +63,14 @@ fn a_task_taught_by_hand_is_learned_performed_and_written_down() {
     });
     // The teacher sits as in the lesson and cannot see past the wall.
     let pegs = [[-0.1, 1.1], [0.0, 1.1], [0.1, 1.1]];
-    for showing in 1..=2 {
+    for demonstration in 1..=2 {
         let blocks =
             [("red", [-0.3, 0.9]), ("green", [0.3, 0.8]), ("yellow", [0.05, 0.85]), ("blue", [-0.25, 0.42])];
         set(&mut page, &blocks, &pegs, Some([-0.25, 0.53, 0.0]));
         page.wait("the blue one unknown to the teacher", |cells| {
             cells.values().any(|cell| cell["words"] == "the teacher does not know of the blue square")
         });
-        demonstrate(&mut page, &[[-0.3, 0.9], [0.3, 0.8], [0.05, 0.85]], showing);
+        demonstrate(&mut page, &[[-0.3, 0.9], [0.3, 0.8], [0.05, 0.85]], demonstration);
     }
     let task = page.cells["task/task 1"].clone();
     assert_eq!(task["rule"]["name"], "all", "{task:#}");

@@ -76,7 +76,7 @@ fn is_silent(robot: &Robot) -> Option<bool> {
 }
 
 #[test]
-fn a_source_in_another_language_is_missed_and_reconnects() {
+fn a_killed_python_source_is_reported_and_reconnects() {
     let Some(python) = Python::find() else { return };
     let robot = Robot::ready("sources", &[("[[sensor.source]]", CAMERA)]);
     let domain = Domain::at(robot.domain()).expect("a domain");

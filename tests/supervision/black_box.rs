@@ -53,7 +53,7 @@ fn asked(robot: &Robot) -> (Option<i32>, String, String) {
 }
 
 #[test]
-fn what_was_before_a_death_and_after_it_is_in_a_file() {
+fn a_dump_contains_the_time_before_and_after_a_death() {
     let robot = Robot::ready("black-box", &[("black_box_files", "2")]);
     assert!(robot.works(), "{}", robot.said());
     let believes = || robot.cycles().get("belief").is_some_and(|cycles| *cycles > 600);

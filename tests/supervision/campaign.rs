@@ -45,7 +45,7 @@ fn the_robot_survives_a_fault_campaign_with_all_joints_following() {
 }
 
 #[test]
-fn a_campaign_that_is_none_is_refused_before_anything_starts() {
+fn an_invalid_campaign_is_refused_before_any_process_starts() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("campaign.toml");
     for (text, said) in [

@@ -121,7 +121,7 @@ fn until_told(robot: &Robot, line: &str) {
 }
 
 #[test]
-fn a_stop_outlives_its_robot_until_it_is_released() {
+fn a_stop_stays_after_the_robots_end_until_it_is_released() {
     let name = "stays-stopped";
     let (following, limp) = ("leo_joints{mode=\"following\"} 65", "leo_joints{mode=\"limp\"} 65");
     let robot = Robot::ready(name, &[]);

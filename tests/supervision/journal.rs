@@ -84,7 +84,7 @@ fn only_the_journal_gets_line_priorities() {
 }
 
 #[test]
-fn a_json_document_for_the_journal_is_marked_too() {
+fn a_json_document_for_the_journal_has_line_priorities() {
     let files = tempfile::tempdir().expect("a folder");
     let mut robot = robot(files.path(), "documents");
     robot.arg("--log-json");
@@ -101,7 +101,7 @@ fn a_json_document_for_the_journal_is_marked_too() {
 }
 
 #[test]
-fn what_a_command_failed_at_is_an_error() {
+fn the_error_of_a_command_has_the_error_priority() {
     let files = tempfile::tempdir().expect("a folder");
     let config = files.path().join("leo.toml");
     fs::write(&config, "[buffers]\nobjects = many\n").expect("writes");

@@ -230,7 +230,7 @@ fn serial_line_workers_do_not_wait_for_ordinary_work() {
 }
 
 #[test]
-fn a_run_ends_when_its_time_is_over_and_leaves_nothing() {
+fn a_run_ends_after_its_time_and_removes_all_files() {
     let domain = domain("timed");
     let state = tempfile::tempdir().expect("a folder");
     let ended = leo(&["run", "--for", "0.5", "--domain"])

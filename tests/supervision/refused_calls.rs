@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
 
-use super::robot::{PATIENCE, domain, leo, wait_until};
+use super::robot::{MAX_WAIT, domain, leo, wait_until};
 use testkit::robot::{is_alive, left_behind};
 
 /// System calls of the supervisor, the injected error, and the numbers of the failing calls. The first
@@ -91,7 +91,7 @@ fn refuse(call: &str, error: &str, number: u32) -> Option<String> {
         let supervisor = of(&tracer);
         of(supervisor.trim()).split_whitespace().filter_map(|pid| pid.parse().ok()).collect::<Vec<i32>>()
     };
-    let end = clock::now() + PATIENCE;
+    let end = clock::now() + MAX_WAIT;
     let (mut known, mut status) = (Vec::new(), None);
     while status.is_none() && clock::now() < end {
         known = Some(children()).filter(|children| !children.is_empty()).unwrap_or(known);

@@ -11,7 +11,7 @@ use testkit::robot::{self, Said};
 pub(crate) use testkit::robot::{PROCESSES, pause, signal};
 
 /// Generous: the machine may be loaded.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// A running robot in its own domain, as a user would start it. Dropping it kills it.
 pub(crate) struct Robot {
@@ -35,7 +35,7 @@ pub(crate) fn domain(name: &str) -> PathBuf {
 
 /// Waits until a condition holds; `false` on time-out.
 pub(crate) fn wait_until(holds: impl FnMut() -> bool) -> bool {
-    robot::wait_until(PATIENCE, holds)
+    robot::wait_until(MAX_WAIT, holds)
 }
 
 impl Robot {

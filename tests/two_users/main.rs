@@ -15,7 +15,7 @@ use tempfile::TempDir;
 /// UID of the other user; `nobody` on most machines.
 const OTHER: u32 = 65_534;
 /// Generous: the machine may be loaded.
-const PATIENCE: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// The message that a path belongs to a user.
 fn owned(path: &Path, owner: u32) -> String {
@@ -43,9 +43,9 @@ fn other(script: &str) -> (bool, String) {
 
 /// Runs a shell script as a user; returns whether it succeeded, and its errors.
 fn by(user: u32, script: &str) -> (bool, String) {
-    let ran = Command::new("/bin/sh").args(["-c", script]).uid(user).gid(user).current_dir("/").output();
-    let ran = ran.expect("a shell");
-    (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
+    let output = Command::new("/bin/sh").args(["-c", script]).uid(user).gid(user).current_dir("/").output();
+    let output = output.expect("a shell");
+    (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
 /// A robot's domain and its files.
@@ -131,7 +131,7 @@ impl Place {
     /// As [`Self::start`], with a prepared command.
     fn start_with(&mut self, command: &mut Command) {
         self.robot = Some(command.spawn().expect("starts"));
-        let end = clock::now() + PATIENCE;
+        let end = clock::now() + MAX_WAIT;
         while !self.said().contains("all 65 joints follow") {
             let is_running =
                 self.robot.as_mut().is_some_and(|robot| robot.try_wait().is_ok_and(|end| end.is_none()));
@@ -177,7 +177,7 @@ impl Drop for Place {
 }
 
 fn until(mut holds: impl FnMut() -> bool) {
-    let end = clock::now() + PATIENCE;
+    let end = clock::now() + MAX_WAIT;
     while !holds() {
         assert!(clock::now() < end, "it does not come to that");
         clock::sleep_until(clock::now() + Duration::from_millis(10));
@@ -451,7 +451,7 @@ fn root_stops_and_releases_another_users_robot_without_reading_it() {
 }
 
 #[test]
-fn any_user_stops_a_robot_and_does_nothing_else_to_it() {
+fn any_user_may_stop_a_robot_but_give_no_other_command() {
     if !is_root() {
         return;
     }

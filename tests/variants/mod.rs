@@ -9,7 +9,7 @@ use clock::Duration;
 pub(crate) fn varied(choice: u8) -> Percepts {
     let mut percepts = Percepts::builtin();
     if choice & 1 > 0 {
-        let _told = percepts.belief.make_literal();
+        let _is_changed = percepts.belief.make_literal();
     }
     if choice & 2 > 0 {
         percepts.belief.normalised = !percepts.belief.normalised;

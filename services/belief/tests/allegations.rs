@@ -100,7 +100,7 @@ proptest! {
 }
 
 #[test]
-fn the_allegations_of_these_tests_are_accepted_and_refused() {
+fn generated_percept_buffers_are_both_accepted_and_refused() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let percepts = belief::percepts::Percepts::builtin();
     let config = perspective::settings::Perspective::builtin();

@@ -21,7 +21,7 @@ proptest! {
 }
 
 #[test]
-fn the_bytes_of_these_tests_are_accepted_and_refused() {
+fn generated_bytes_are_both_accepted_and_refused() {
     let mut runner = TestRunner::deterministic();
     let mut play = || bytes::play(&script().new_tree(&mut runner).unwrap().current());
     let seen: Vec<bytes::Seen> = (0..20).map(|_| play()).collect();

@@ -73,7 +73,7 @@ fn time_never_runs_backwards_nor_ahead_of_now() {
 }
 
 #[test]
-fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
+fn unsound_entries_are_refused_and_counted_without_further_effect() {
     let mut believer = believer(1);
     let mut frames = Frames::new(4);
     let (now, head, entries) = frames.next();
@@ -164,7 +164,7 @@ fn too_many_and_too_deep_perspectives_are_refused() {
 }
 
 #[test]
-fn nested_perspectives_are_numbered_after_the_partners_and_change_nothing_of_theirs() {
+fn nested_perspectives_are_numbered_after_partners_and_leave_their_beliefs_unchanged() {
     let (mut flat, mut deep) = (believer(2), nested(2, 3));
     let mut frames = Frames::new(8);
     for _ in 0..100 {

@@ -152,11 +152,11 @@ impl Board {
                 if stood.is_none() && is_taken {
                     return Ok(readings);
                 }
-                let life = readings.processes.contains_key(&Process::Motor);
+                let is_running = readings.processes.contains_key(&Process::Motor);
                 return Err(CommandError::runtime(format!(
                     "the motor process has not taken the order within {} s, and it is withdrawn: {}",
                     ARM_TIMEOUT.as_secs(),
-                    if life {
+                    if is_running {
                         "check with `leo top` whether the process runs"
                     } else {
                         "no motor process runs"

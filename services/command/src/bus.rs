@@ -46,7 +46,7 @@ pub(crate) struct Bus {
     #[command(subcommand)]
     what: BusCommand,
     #[command(flatten)]
-    place: BusArgs,
+    args: BusArgs,
 }
 
 #[derive(Clone, Debug, Subcommand)]
@@ -132,7 +132,7 @@ enum BusCommand {
     },
 }
 
-/// That the servo is meant, and not its joint.
+/// Options to address a servo directly, without the limits of its joint.
 #[derive(Args, Clone, Copy, Debug)]
 struct RawArgs {
     /// The servo's own counts, past the limits of its joint, without a profile
@@ -145,31 +145,33 @@ struct RawArgs {
 
 impl Bus {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let robot = Robot::load(self.place.config.as_deref()).map_err(CommandError::usage)?;
-        let place = BusSelection::new(&robot.motor, &self.place)?;
+        let robot = Robot::load(self.args.config.as_deref()).map_err(CommandError::usage)?;
+        let selection = BusSelection::new(&robot.motor, &self.args)?;
         let care = |RawArgs { raw, yes }| MotionSafety { raw, yes, motor: &robot.leo.motor };
         match &self.what {
-            BusCommand::Scan { json, all_speeds } => scan::scan(&place, *json, *all_speeds),
+            BusCommand::Scan { json, all_speeds } => scan::scan(&selection, *json, *all_speeds),
             BusCommand::Read { words, id } => {
                 let (target, items) = Target::split(*id, words);
-                read(&place, &target, items)
+                read(&selection, &target, items)
             }
             BusCommand::Write { words, id, raw } => match Target::split(*id, words) {
-                (target, [item, value]) => write::write(&place, &target, item, value, &care(*raw)),
+                (target, [item, value]) => write::write(&selection, &target, item, value, &care(*raw)),
                 _ => Err(CommandError::usage("name the item and the value: leo bus write JOINT ITEM VALUE")),
             },
-            BusCommand::Torque { to, target, raw } => torque::torque(&place, target, to == "on", &care(*raw)),
-            BusCommand::Commission(commission) => commission.run(&place, &robot),
-            BusCommand::Reboot { target } => reboot(&place, target),
-            BusCommand::Monitor { target, once } => monitor(&place, target, *once),
-            BusCommand::SetId { target, to, yes } => set_up::set_id(&place, target, *to, *yes),
-            BusCommand::SetBaud { target, to, yes } => set_up::set_baud(&place, target, *to, *yes),
+            BusCommand::Torque { to, target, raw } => {
+                torque::torque(&selection, target, to == "on", &care(*raw))
+            }
+            BusCommand::Commission(commission) => commission.run(&selection, &robot),
+            BusCommand::Reboot { target } => reboot(&selection, target),
+            BusCommand::Monitor { target, once } => monitor(&selection, target, *once),
+            BusCommand::SetId { target, to, yes } => set_up::set_id(&selection, target, *to, *yes),
+            BusCommand::SetBaud { target, to, yes } => set_up::set_baud(&selection, target, *to, *yes),
         }
     }
 }
 
-fn read(place: &BusSelection<'_>, target: &Target, items: &[String]) -> Result<ExitCode, CommandError> {
-    let (mut line, joint) = place.one(target)?;
+fn read(selection: &BusSelection<'_>, target: &Target, items: &[String]) -> Result<ExitCode, CommandError> {
+    let (mut line, joint) = selection.one(target)?;
     let model = line.model(joint.id)?;
     let entries = if items.is_empty() {
         table::entries(model).filter(|entry| entry.number.is_none()).collect()
@@ -191,8 +193,8 @@ fn read(place: &BusSelection<'_>, target: &Target, items: &[String]) -> Result<E
     Ok(ExitCode::SUCCESS)
 }
 
-fn reboot(place: &BusSelection<'_>, target: &Target) -> Result<ExitCode, CommandError> {
-    let (mut line, joint) = place.one(target)?;
+fn reboot(selection: &BusSelection<'_>, target: &Target) -> Result<ExitCode, CommandError> {
+    let (mut line, joint) = selection.one(target)?;
     line.ask(joint.id, Instruction::Reboot)?;
     clock::sleep_until(clock::now() + REBOOT);
     if line.ping(joint.id)?.is_none() {
@@ -203,13 +205,13 @@ fn reboot(place: &BusSelection<'_>, target: &Target) -> Result<ExitCode, Command
     Ok(ExitCode::SUCCESS)
 }
 
-fn monitor(place: &BusSelection<'_>, target: &Target, once: bool) -> Result<ExitCode, CommandError> {
+fn monitor(selection: &BusSelection<'_>, target: &Target, once: bool) -> Result<ExitCode, CommandError> {
     let mut open = Vec::new();
     if target.is_named() {
-        let (line, joint) = place.one(target)?;
+        let (line, joint) = selection.one(target)?;
         open.push((line, vec![(joint.id, joint.name)]));
     } else {
-        for bus in place.buses() {
+        for bus in selection.buses() {
             let mut line = bus.open()?;
             let servos = line.scan()?;
             let name = |id| {

@@ -374,8 +374,8 @@ impl Boards {
     /// `None` until a motor process has published its joints.
     fn joints(&mut self) -> Option<Joints> {
         let roster = RosterReader::open(&self.node, Process::Supervisor, 1).ok()?.read();
-        let life = roster.incarnation(Process::Motor)?;
-        self.joints.read(&self.node, Process::Motor, life).filter(|joints| joints.count > 0)
+        let incarnation = roster.incarnation(Process::Motor)?;
+        self.joints.read(&self.node, Process::Motor, incarnation).filter(|joints| joints.count > 0)
     }
 }
 

@@ -144,10 +144,11 @@ fn conclude(
     let (teacher, language) = (examples.teacher, &examples.language);
     let shown = examples.shown.iter().map(|shown| Example { teacher, views: shown.views.clone() });
     let task = Task { name: examples.title.clone().unwrap_or_default(), examples: shown.collect() };
-    let (followed, doubt) = match decide_with(language, &task, newest, teacher, settings.on_conflict) {
+    let (followed, open_question) = match decide_with(language, &task, newest, teacher, settings.on_conflict)
+    {
         Decision::NoRule => (None, None),
         Decision::Followed(perspective) => (Some(perspective), None),
-        Decision::Open(doubt) => (None, Some(doubt)),
+        Decision::Open(open) => (None, Some(open)),
     };
     let followed = followed.and_then(|perspective| Some((perspective, newest.get(&perspective)?.clone())));
     let mut inquiries = Vec::new();
@@ -156,11 +157,11 @@ fn conclude(
     {
         for rule in learned.primary() {
             let goal = rule.expectation.clone();
-            let (question, showing) = (learning.inquire(&goal, 1), learning.inquire(&goal, OBJECTS));
-            inquiries.push((goal, question, showing.filter(|showing| showing.objects.len() > 1)));
+            let (question, demonstration) = (learning.inquire(&goal, 1), learning.inquire(&goal, OBJECTS));
+            inquiries.push((goal, question, demonstration.filter(|asked| asked.objects.len() > 1)));
         }
     }
-    Conclusion { followed, doubt, inquiries }
+    Conclusion { followed, open_question, inquiries }
 }
 
 /// Reads a file, or standard input.

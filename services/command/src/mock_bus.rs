@@ -11,9 +11,9 @@ use process::Launch;
 use servo::mock::FollowerBehaviour;
 
 use crate::failure::CommandError;
-use folder::Folder;
+use links::LinkFolder;
 
-mod folder;
+mod links;
 
 #[derive(Args, Clone, Debug)]
 #[command(
@@ -23,11 +23,11 @@ mod folder;
     docs/servo-bus.md says which faults there are."
 )]
 pub(crate) struct MockBus {
-    /// The domain, where it is the supervisor that starts it.
+    /// Domain folder; set by the supervisor alone.
     #[arg(long, hide = true)]
     domain: Option<PathBuf>,
     #[command(flatten)]
-    life: Launch,
+    launch: Launch,
     /// The robot's leo.toml, for the buses and servos in the motor.toml beside it [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -49,14 +49,14 @@ impl MockBus {
     /// Serves every mock bus until stopped.
     pub(super) fn run(&self) -> Result<ExitCode, CommandError> {
         if let Some(domain) = &self.domain {
-            let launch = Launch { domain: domain.clone(), config: self.config.clone(), ..self.life.clone() };
+            let launch =
+                Launch { domain: domain.clone(), config: self.config.clone(), ..self.launch.clone() };
             let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
             mock_bus_process::run(&launch, &robot).map_err(CommandError::runtime)?;
             return Ok(ExitCode::SUCCESS);
         }
         let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
-        let mut faults = Faults::configured(&robot.leo.mock_bus, &robot.motor)
-            .map_err(|bad| CommandError::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
+        let mut faults = configured_faults(&robot)?;
         faults.seed = self.seed.unwrap_or(faults.seed);
         if self.fast_read_continues_after_gap {
             faults.followers = FollowerBehaviour::Continue;
@@ -64,24 +64,30 @@ impl MockBus {
         for words in &self.fault {
             faults.injections.push(parse(words, &robot.motor).map_err(CommandError::usage)?);
         }
-        let folder = Folder::new().map_err(|error| {
+        let folder = LinkFolder::new().map_err(|error| {
             CommandError::runtime(format!(
                 "cannot make a folder for the links to the buses: {error}; is TMPDIR writable?"
             ))
         })?;
         let stop = ::process::stop_flag().map_err(CommandError::runtime)?;
-        let orders = StandaloneOptions { faults, file: self.faults.clone() };
-        let ran = mock_bus_process::run_standalone(
+        let options = StandaloneOptions { faults, file: self.faults.clone() };
+        let result = mock_bus_process::run_standalone(
             &robot.motor,
             folder.path(),
-            &orders,
+            &options,
             &stop,
             &mut stdout().lock(),
         );
-        ran.map_err(|error| match error {
+        result.map_err(|error| match error {
             StandaloneError::NoMock | StandaloneError::File(_) => CommandError::usage(error),
             StandaloneError::MockBuses(_) | StandaloneError::Print(_) => CommandError::runtime(error),
         })?;
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// The faults of `leo.toml`.
+pub(crate) fn configured_faults(robot: &Robot) -> Result<Faults, CommandError> {
+    Faults::configured(&robot.leo.mock_bus, &robot.motor)
+        .map_err(|error| CommandError::usage(format!("leo.toml: `faults` of [mock_bus]: {error}")))
 }

@@ -38,9 +38,9 @@ pub(crate) fn confirm(yes: bool, what: &str) -> Result<(), CommandError> {
         return Ok(());
     }
     if !std::io::stdin().is_terminal() {
-        return Err(CommandError::usage(format!("{what}: confirm with --yes")));
+        return Err(CommandError::usage(format!("{what}: confirm with --yes, or in a terminal")));
     }
-    print(&format!("{what}. Go on? [y/N] "))?;
+    print(&format!("{what}. Continue? [y/N] "))?;
     let answer = answer()?.unwrap_or_default();
     if answer.trim().eq_ignore_ascii_case("y") {
         Ok(())

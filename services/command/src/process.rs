@@ -48,7 +48,7 @@ pub(crate) struct ProcessArgs {
     #[arg(long)]
     domain: PathBuf,
     #[command(flatten)]
-    life: Launch,
+    launch: Launch,
     #[arg(long)]
     config: Option<PathBuf>,
 }
@@ -69,8 +69,8 @@ impl Process {
                 return mock_bus.run();
             }
         };
-        let ProcessArgs { domain, life, config } = arguments.clone();
-        let launch = Launch { domain, config, ..life };
+        let ProcessArgs { domain, launch, config } = arguments.clone();
+        let launch = Launch { domain, config, ..launch };
         let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
         match self {
             Self::Simulator(_) => simulator_process::run(&launch, &robot, &lesson(&launch)?),

@@ -57,7 +57,7 @@ impl Run {
         learner_process::check_memory(&state).map_err(CommandError::usage)?;
         // On a real robot there is no simulator process.
         let plays = robot.leo.sensor.simulator().is_some();
-        let orders = RunOptions {
+        let options = RunOptions {
             domain: domain::domain_for_run(self.domain.as_deref())?,
             processes: ORDER
                 .into_iter()
@@ -72,7 +72,7 @@ impl Run {
             stay: self.stay,
             run_for: self.run_for,
         };
-        domain::outcome(supervisor_process::run(&orders))
+        domain::outcome(supervisor_process::run(&options))
     }
 }
 

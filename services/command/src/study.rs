@@ -14,7 +14,7 @@ use study::{Cell, Comparison, robot::CELLS};
 use supervisor_process::LessonOptions;
 
 use crate::failure::CommandError;
-use crate::preflight::check_can_teach;
+use crate::preflight::{check_can_teach, simulator_source};
 use crate::{domain, output};
 use sweep::Sweep;
 
@@ -40,9 +40,9 @@ pub(crate) struct Study {
 impl Study {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
         let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
-        let source = check_can_teach(&robot, self.config.as_deref())?;
+        check_can_teach(&robot, self.config.as_deref())?;
         if let Some(designs) = self.sweep {
-            let sweep = Sweep::of(&robot, source, designs, &|news| self.tell(news))?;
+            let sweep = Sweep::of(&robot, simulator_source(&robot)?, designs, &|news| self.tell(news))?;
             if self.json {
                 output::print_json(&sweep)?;
             } else {

@@ -17,7 +17,7 @@ pub(crate) fn learned<'a>(
     let mut known: Vec<(String, String)> = tasks
         .map(|task| {
             let evaluation = Evaluation::of(language, task, perspectives, settings);
-            let text = match (evaluation.doubt(), evaluation.learned()) {
+            let text = match (evaluation.open_question(), evaluation.learned()) {
                 (None, Some(learned)) => format!("{} is: {}", task.name, goal_phrase(learned)),
                 (None, None) => format!("I know no rule for {}; please show it again", task.name),
                 (Some(_), Some(learned)) => {
@@ -38,7 +38,7 @@ pub(crate) fn learned<'a>(
 pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> String {
     let evaluation = Evaluation::of(language, task, perspectives, settings);
     let explanation = evaluation.explanation(language, task);
-    if evaluation.doubt().is_some() {
+    if evaluation.open_question().is_some() {
         return unsure(task, explanation.as_deref());
     }
     let Some(learned) = evaluation.learned() else {

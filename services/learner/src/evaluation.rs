@@ -65,9 +65,9 @@ impl Evaluation {
     }
 
     /// The question that blocks the decision, if any.
-    pub(crate) fn doubt(&self) -> Option<&OpenQuestion> {
+    pub(crate) fn open_question(&self) -> Option<&OpenQuestion> {
         match &self.decision {
-            Decision::Open(doubt) => Some(doubt),
+            Decision::Open(question) => Some(question),
             Decision::Followed(_) | Decision::NoRule => None,
         }
     }
@@ -137,7 +137,7 @@ impl Evaluation {
             Decision::NoRule => None,
             Decision::Followed(0) => self.why_robot_is_followed(language, task),
             Decision::Followed(perspective) => self.why_teacher_is_followed(language, task, *perspective),
-            Decision::Open(doubt) => self.why_undecided(language, task, doubt),
+            Decision::Open(question) => self.why_undecided(language, task, question),
         }
     }
 
@@ -156,7 +156,7 @@ impl Evaluation {
             return None;
         }
         // Far for the teacher may be near for the robot: objects cannot contradict a spatial relation.
-        if let (Selection::Standing(_), Some(own)) = (rule.selection, own) {
+        if let (Selection::Relation(_), Some(own)) = (rule.selection, own) {
             return Some(format!("to me it looked like \"{}\", but you see it from where you are", own.name));
         }
         let explanation = explain(language, task, &self.perspectives(), rule);
@@ -190,9 +190,9 @@ impl Evaluation {
     }
 
     /// The explanation of an open decision: both rules, and what contradicts the teacher's.
-    fn why_undecided(&self, language: &Language, task: &Task, doubt: &OpenQuestion) -> Option<String> {
+    fn why_undecided(&self, language: &Language, task: &Task, question: &OpenQuestion) -> Option<String> {
         let (own, theirs) = self.conflicting()?;
-        let rule = theirs.primary().find(|rule| rule.expectation == doubt.goal)?;
+        let rule = theirs.primary().find(|rule| rule.expectation == question.goal)?;
         let why = explain(language, task, &self.perspectives(), rule).text();
         let (own, theirs) = (goal_phrase(own), goal_phrase(theirs));
         Some(format!("to me it looked like \"{own}\", to you like \"{theirs}\", and {why}"))

@@ -72,7 +72,7 @@ pub struct Kept {
     /// The task's name.
     pub task: String,
     /// The index of the example in the task, from 0.
-    pub place: u64,
+    pub index: u64,
     /// The example.
     pub example: Example,
 }
@@ -170,7 +170,7 @@ impl<B: Body> Learner<B> {
         self.process_stops(now, input.present_rad, &mut output);
         if self.are_identities_valid(now, &mut output) && !self.views.is_settling(now) {
             self.record_performed(now, &mut output);
-            let is_due = |waiting: &PendingSentence| waiting.place != Timing::Pending;
+            let is_due = |waiting: &PendingSentence| waiting.timing != Timing::Pending;
             while self.pending_sentences.front().is_some_and(is_due)
                 && let Some(sentence) = self.pending_sentences.pop_front()
             {
@@ -256,7 +256,7 @@ impl<B: Body> Learner<B> {
         }
         // The spelling at the first demonstration stays the task's name.
         let name = self.tasks.get(&key(name)).map_or(name, |task| &task.name).to_owned();
-        if sentence.place == Timing::TooLate {
+        if sentence.timing == Timing::TooLate {
             say(output, &name, &format!("{NO_BELIEFS_THEN}: please begin again"));
             return;
         }
@@ -280,7 +280,7 @@ impl<B: Body> Learner<B> {
     }
 
     /// Ends the demonstration of the task with one of these names; the last one is the name without courtesy words.
-    fn end_teaching(&mut self, now: Instant, place: Timing, names: &[String], output: &mut Output) {
+    fn end_teaching(&mut self, now: Instant, timing: Timing, names: &[String], output: &mut Output) {
         let language = &self.vocabulary.language;
         let is_it = |teaching: &mut Teaching| {
             let shown = key(&teaching.recording.task);
@@ -300,7 +300,7 @@ impl<B: Body> Learner<B> {
             return;
         };
         let name = teaching.recording.task.clone();
-        if place == Timing::TooLate {
+        if timing == Timing::TooLate {
             let text =
                 format!("{NO_BELIEFS_THEN}: this showing of {name} does not count, please show it again");
             say(output, &name, &text);
@@ -335,9 +335,9 @@ impl<B: Body> Learner<B> {
         let Some(task) = require!(self.tasks.get(task_key), "`{task_key}` is a task") else { return };
         let name = task.name.clone();
         if let Some(example) = require!(task.examples.last(), "`{task_key}` has the new example") {
-            let place = u64::from(saturating_u32(task.examples.len() - 1));
+            let index = u64::from(saturating_u32(task.examples.len() - 1));
             let (key, task, example) = (task_key.to_owned(), name.clone(), example.clone());
-            output.save.push(Kept { key, task, place, example });
+            output.save.push(Kept { key, task, index, example });
         }
         self.current_task = Some(task_key.to_owned());
         let examples = saturating_u32(task.examples.len());
@@ -348,11 +348,11 @@ impl<B: Body> Learner<B> {
         let is_said = settings.on_conflict != OnConflict::Human;
         let explanation = is_said.then(|| evaluation.explanation(language, task)).flatten();
         let text = match evaluation.learned() {
-            _ if evaluation.doubt().is_some() => answers::unsure(task, explanation.as_deref()),
+            _ if evaluation.open_question().is_some() => answers::unsure(task, explanation.as_deref()),
             Some(learned) => {
                 let rule = goal_phrase(learned);
-                let doubt = doubt(learned, settings);
-                format!("I learned {name} from {}: {rule}{doubt}", counted(examples, "example"))
+                let contradictions = contradictions(learned, settings);
+                format!("I learned {name} from {}: {rule}{contradictions}", counted(examples, "example"))
             }
             None => {
                 format!("I saw what changed, but no rule that I know explains {name}; please show it again")
@@ -363,7 +363,7 @@ impl<B: Body> Learner<B> {
         if let Some(why) = evaluation.learned().and_then(|learned| self.vocabulary.missing_skill(learned)) {
             say(output, &name, &format!("{why}: I know what you mean, and cannot do it"));
         }
-        match (evaluation.doubt(), evaluation.learned(), explanation) {
+        match (evaluation.open_question(), evaluation.learned(), explanation) {
             (Some(_), Some(learned), _) => say(output, &name, &provisional_rule(learned)),
             (None, _, Some(why)) => say(output, &name, &why),
             _ => {}
@@ -382,7 +382,7 @@ impl<B: Body> Learner<B> {
             return;
         };
         let evaluation = Evaluation::of(language, task, &self.perspectives, settings);
-        if evaluation.doubt().is_some() {
+        if evaluation.open_question().is_some() {
             self.question = Question::about(language, key, task, &evaluation, settings);
             if let Some(question) = &self.question {
                 say(output, &task.name, &question.text);
@@ -404,9 +404,9 @@ impl<B: Body> Learner<B> {
         };
         let language: &Language = &self.vocabulary.language;
         let evaluation = Evaluation::of(language, task, &self.perspectives, &self.settings.learning);
-        let doubtful = evaluation.doubt().is_some();
+        let is_open = evaluation.open_question().is_some();
         let Some(learned) = evaluation.learned() else {
-            let text = if doubtful {
+            let text = if is_open {
                 answers::unsure(task, None)
             } else {
                 format!("I know no rule for {name}; please show it again")
@@ -416,7 +416,7 @@ impl<B: Body> Learner<B> {
             self.ask_again(output);
             return;
         };
-        if doubtful {
+        if is_open {
             say(output, &task.name, &provisional_rule(learned));
         }
         output.events.push(Event::new(EventKind::PerformanceStarted, &task.name, &task.name));
@@ -498,7 +498,7 @@ fn provisional_rule(learned: &Learned) -> String {
 }
 
 /// Says how many examples contradict what was learned, if any. With label noise, contradictions are expected.
-fn doubt(learned: &Learned, settings: &tasks::Settings) -> String {
+fn contradictions(learned: &Learned, settings: &tasks::Settings) -> String {
     let (tally, examples) = (learned.tally(), learned.examples);
     if tally >= examples {
         String::new()

@@ -21,7 +21,7 @@ pub enum LeoBodyError {
     Body(#[from] kinematics::BodyError),
     /// A joint is missing.
     #[error("leo.urdf: {0}")]
-    Joint(#[from] motion::MissingJoint),
+    Joint(#[from] motion::MissingJointError),
 }
 
 impl LeoBody {

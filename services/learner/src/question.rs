@@ -32,7 +32,7 @@ impl Question {
         evaluation: &Evaluation,
         settings: &Settings,
     ) -> Option<Self> {
-        if let Some(OpenQuestion { kind, goal }) = evaluation.doubt() {
+        if let Some(OpenQuestion { kind, goal }) = evaluation.open_question() {
             return Some(Self::of_kind(language, key, task, kind.clone(), goal.clone()));
         }
         let (chosen, learned) = evaluation.followed()?;

@@ -92,28 +92,29 @@ pub(crate) fn same_kind<'a>(view: &'a Snapshot, object: &Object) -> impl Iterato
 }
 
 /// An act in words: "the teacher: red square filled, small peg inserted".
-pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> String {
+pub(crate) fn action(vocabulary: &Vocabulary, action: &Executable, now: &Snapshot) -> String {
     let Vocabulary { language, names, .. } = vocabulary;
-    let agent_name = if act.actor == 0 { "I".to_owned() } else { names.of(act.actor) };
+    let agent_name = if action.actor == 0 { "I".to_owned() } else { names.of(action.actor) };
     let name = |object: &Object| describe_object(language, object, same_kind(now, object));
     let done = |(id, change): (&u64, &Change)| {
         let thing = name(now.object(*id)?);
-        let action_effects = act.action_effects.get(id).into_iter().flatten().filter_map(|deed| match deed {
-            ActionEffect::PlacedOn { support } => {
-                let below = name(now.object(*support)?);
-                let article = if below == thing { "another" } else { "the" };
-                Some(format!("placed on {article} {below}"))
-            }
-            ActionEffect::Handed { to: 0 } => Some("handed to me".to_owned()),
-            ActionEffect::Handed { to } => Some(format!("handed to {}", names.of(*to))),
-        });
+        let action_effects =
+            action.action_effects.get(id).into_iter().flatten().filter_map(|deed| match deed {
+                ActionEffect::PlacedOn { support } => {
+                    let below = name(now.object(*support)?);
+                    let article = if below == thing { "another" } else { "the" };
+                    Some(format!("placed on {article} {below}"))
+                }
+                ActionEffect::Handed { to: 0 } => Some("handed to me".to_owned()),
+                ActionEffect::Handed { to } => Some(format!("handed to {}", names.of(*to))),
+            });
         let action_effects: Vec<String> = action_effects.collect();
         // A placed or handed object was necessarily moved; only its state changes are mentioned in addition.
         let states = if action_effects.is_empty() { Some(change.clone()) } else { change.states() };
         let all: Vec<String> = states.iter().map(describe_change).chain(action_effects).collect();
         Some(format!("{thing} {}", listed(&all)))
     };
-    let what: Vec<String> = act.changes.iter().filter_map(done).collect();
+    let what: Vec<String> = action.changes.iter().filter_map(done).collect();
     format!("{agent_name}: {}", listed(&what))
 }
 

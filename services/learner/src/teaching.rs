@@ -4,13 +4,13 @@ use clock::Instant;
 use message::{Belief, Event, EventKind, NOBODY};
 use motion::{Handled, Mirror};
 use tasks::{
-    Act, ActionParser, Example, Language, NothingChanged, Object, Recording, Snapshot, describe_object,
-    vanished,
+    Action, ActionParser, Example, Language, NothingChangedError, Object, Recording, Snapshot,
+    describe_object, vanished,
 };
 
 use crate::{Vocabulary, report};
 
-/// A demonstration in progress, with the detectors for movements and acts.
+/// A demonstration in progress, with the detectors for movements and actions.
 #[derive(Clone, Debug)]
 pub(crate) struct Teaching {
     pub(crate) recording: Recording,
@@ -43,12 +43,12 @@ impl Teaching {
         Some(Event::new(EventKind::MovementSeen, &self.recording.task, &text))
     }
 
-    /// Detects an act that has just been completed.
-    pub(crate) fn parse(&mut self, now: Instant, language: &Language, own: &[Belief]) -> Option<Act> {
+    /// Detects an action that has just been completed.
+    pub(crate) fn parse(&mut self, now: Instant, language: &Language, own: &[Belief]) -> Option<Action> {
         self.parser.step(now, language, own)
     }
 
-    /// Records an act; returns the event.
+    /// Records an action; returns the event.
     pub(crate) fn record(
         &mut self,
         vocabulary: &Vocabulary,
@@ -75,9 +75,9 @@ impl Teaching {
         task: Option<&str>,
         snapshots: &BTreeMap<u16, Snapshot>,
     ) -> Option<Event> {
-        let act = self.recording.act(actor, task, snapshots, vocabulary.language.moved_m)?;
-        let own = snapshots.get(&0).filter(|_| !act.changes.is_empty())?;
-        let text = report::act(vocabulary, &act, own);
+        let action = self.recording.action(actor, task, snapshots, vocabulary.language.moved_m)?;
+        let own = snapshots.get(&0).filter(|_| !action.changes.is_empty())?;
+        let text = report::action(vocabulary, &action, own);
         Some(Event::new(EventKind::ActionSeen, &self.recording.task, &text))
     }
 
@@ -90,12 +90,12 @@ impl Teaching {
         vanished(at_start, now).into_iter().map(|object| format!("the {}", named(object))).collect()
     }
 
-    /// Ends the demonstration; an act in progress ends with it.
+    /// Ends the demonstration; an action in progress ends with it.
     pub(crate) fn finish(
         mut self,
         vocabulary: &Vocabulary,
         snapshots: &BTreeMap<u16, Snapshot>,
-    ) -> (Option<Event>, Result<Example, NothingChanged>) {
+    ) -> (Option<Event>, Result<Example, NothingChangedError>) {
         let performed = self.record_performed(vocabulary, snapshots);
         let last = performed.or_else(|| self.record(vocabulary, NOBODY, snapshots));
         (last, self.recording.finish(snapshots, vocabulary.language.moved_m))

@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_configured_otherwise_is_named_and_nothing_else() {
+    fn only_the_differing_configuration_files_and_keys_are_named() {
         let (robot, mut other) = (robot(), robot());
         other.motor.joints.first_mut().unwrap().max_rad += 1e-9;
         other.percepts.percepts.first_mut().unwrap().name.push('x');

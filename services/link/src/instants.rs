@@ -80,7 +80,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_instant_moves_and_nothing_else() {
+    fn a_clock_offset_shifts_every_timestamp_field_and_no_other_byte() {
         let header =
             Header { sequence: 9, incarnation: 2, hops_ns: [5, 0, 7, 0, 0, 0, 0, 8], ..Header::at(100) };
         let goal = JointGoal { joint: 3, reserved: 0, goal_position_rad: 0.5, arrive_at_ns: 1000 };
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_remembered_moves_with_the_belief() {
+    fn a_clock_offset_shifts_the_timestamps_of_a_belief() {
         let instants = TimestampFields::of(TopicId::Beliefs(0));
         let head = BeliefHead { header: Header::at(50), ..BeliefHead::default() };
         let belief = Belief::new(7, 20, 40, 3, u16::MAX);

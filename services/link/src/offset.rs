@@ -135,7 +135,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_truth_is_within_the_error(
+        fn the_true_clock_offset_is_within_the_stated_error(
             truth in -1_000_000_000_000_i64..1_000_000_000_000,
             ways in proptest::collection::vec((0_u64..300_000_000, 0_u64..300_000_000, 0_u64..50_000_000), 1..30),
         ) {
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn an_estimate_that_nothing_contradicts_stays() {
+    fn a_slower_exchange_does_not_change_the_clock_offset_estimate() {
         let mut offset = ClockOffset::default();
         let first = exchange(1_000, 500_000, (100, 100), 10);
         offset.learn(Instant::from_nanos(first.heard_ns), &first);
@@ -176,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_teaches_nothing() {
+    fn an_inconsistent_clock_exchange_gives_no_estimate() {
         let mut offset = ClockOffset::default();
         let nonsense =
             ClockExchange { asked_ns: 5, heard_there_ns: 9, answered_there_ns: 3, heard_ns: u64::MAX };

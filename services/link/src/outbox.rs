@@ -22,7 +22,7 @@ const MAX_BATCH_FRAMES: usize = 256;
 const MAX_INCOMPLETE_SETS: usize = 4;
 
 /// Incarnation of a frame's writer, and the frame's sequence number.
-pub(crate) type Place = (u64, u64);
+pub(crate) type FrameNumber = (u64, u64);
 
 /// Frames to be sent: the newest of most topics, and the newest complete set of the topics that belong
 /// together. Frames of reliable topics are kept until they are acknowledged.
@@ -31,7 +31,7 @@ pub(crate) struct Outbox {
     /// In the publishing order.
     newest: BTreeMap<(bool, TopicId), Arc<[u8]>>,
     together: Vec<TopicId>,
-    incomplete: BTreeMap<Place, BTreeMap<TopicId, Arc<[u8]>>>,
+    incomplete: BTreeMap<FrameNumber, BTreeMap<TopicId, Arc<[u8]>>>,
     instant: BTreeMap<TopicId, Arc<[u8]>>,
     every: VecDeque<Kept>,
     /// Sequence numbers of the first frame in `every` and of the next one to be sent.
@@ -75,14 +75,14 @@ impl Outbox {
         }
     }
 
-    pub(crate) fn push(&mut self, now: Instant, topic: TopicId, place: Place, bytes: Arc<[u8]>) {
+    pub(crate) fn push(&mut self, now: Instant, topic: TopicId, number: FrameNumber, bytes: Arc<[u8]>) {
         match topic.row().delivery {
             Delivery::Local => {}
             Delivery::Newest => {
                 let overtaken = self.newest.insert(publishing_order(topic), bytes);
                 self.overtaken += u64::from(overtaken.is_some());
             }
-            Delivery::Together => self.gather(topic, place, bytes),
+            Delivery::Together => self.gather(topic, number, bytes),
             Delivery::Reliable | Delivery::Latched => {
                 self.every.push_back(Kept { topic, bytes, since: now });
                 if self.every.len() > MAX_UNACKED_FRAMES {
@@ -92,11 +92,11 @@ impl Outbox {
         }
     }
 
-    fn gather(&mut self, topic: TopicId, place: Place, bytes: Arc<[u8]>) {
-        let frames = self.incomplete.entry(place).or_default();
+    fn gather(&mut self, topic: TopicId, number: FrameNumber, bytes: Arc<[u8]>) {
+        let frames = self.incomplete.entry(number).or_default();
         frames.insert(topic, bytes);
         if frames.len() == self.together.len() {
-            let whole = require!(self.incomplete.remove(&place), "the set is incomplete until now");
+            let whole = require!(self.incomplete.remove(&number), "the set is incomplete until now");
             let whole = whole.unwrap_or_default();
             // Older or previous-incarnation sets can no longer be completed.
             let older: usize = self.incomplete.values().map(BTreeMap::len).sum();
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_newer_frame_overtakes() {
+    fn a_newer_frame_replaces_a_waiting_older_one() {
         let mut outbox = Outbox::new(&[TopicId::Scene]);
         outbox.push(at(1), TopicId::Scene, (1, 1), bytes(1));
         outbox.push(at(1), TopicId::Scene, (1, 2), bytes(2));
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn an_instant_is_sent_whole_or_not_at_all() {
+    fn all_frames_of_an_instant_are_sent_or_none() {
         let minds = [TopicId::Beliefs(0), TopicId::Beliefs(1), TopicId::Divergences(1)];
         let mut outbox = Outbox::new(&minds);
         for (value, number) in [(1, 1), (2, 2)] {
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn no_frame_waits_for_ever() {
+    fn every_waiting_frame_is_sent_in_the_end() {
         let mut outbox = Outbox::new(&[TopicId::Events]);
         outbox.push(at(1), TopicId::Events, (1, 1), bytes(1));
         outbox.push(at(50), TopicId::Events, (1, 2), bytes(2));

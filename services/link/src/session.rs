@@ -7,7 +7,7 @@ use message::TopicId;
 
 use crate::inbox::{Inbox, NewFrames};
 use crate::offset::ClockOffset;
-use crate::outbox::{Outbox, Place};
+use crate::outbox::{FrameNumber, Outbox};
 use crate::window::Window;
 use crate::wire::{Batch, Heartbeat};
 
@@ -65,7 +65,7 @@ pub struct ReceivedBatch {
     /// Its new frames.
     pub new: NewFrames,
     /// Transit time, and this machine's clock minus the peer's; `None` before the offset is known.
-    pub way: Option<(Duration, i64)>,
+    pub transit: Option<(Duration, i64)>,
 }
 
 impl Session {
@@ -101,8 +101,8 @@ impl Session {
     }
 
     /// Queues a frame that was written on this machine.
-    pub fn push(&mut self, now: Instant, topic: TopicId, place: Place, bytes: Arc<[u8]>) {
-        self.outbox.push(now, topic, place, bytes);
+    pub fn push(&mut self, now: Instant, topic: TopicId, number: FrameNumber, bytes: Arc<[u8]>) {
+        self.outbox.push(now, topic, number, bytes);
     }
 
     /// Processes a heartbeat of the peer, received at `at`.
@@ -141,13 +141,13 @@ impl Session {
             return None;
         }
         self.heartbeat_due = true;
-        let way = self.offset.estimate_ns().map(|ahead_ns| {
+        let transit = self.offset.estimate_ns().map(|ahead_ns| {
             let sent_ns = bundle.sent_ns.saturating_add_signed(ahead_ns.saturating_neg());
             (at.since(Instant::from_nanos(sent_ns)), ahead_ns.saturating_neg())
         });
         // Without the offset the frames are not usable. They are sent again or replaced.
-        let new = if way.is_some() { self.inbox.take(bundle) } else { NewFrames::default() };
-        Some(ReceivedBatch { new, way })
+        let new = if transit.is_some() { self.inbox.take(bundle) } else { NewFrames::default() };
+        Some(ReceivedBatch { new, transit })
     }
 
     /// Whether the latched topic has to be replayed to the peer's subscribers; resets the flag.
@@ -159,7 +159,7 @@ impl Session {
     /// connected until it times out: otherwise a second one with the same name would reset the session with
     /// every message.
     fn meet(&mut self, at: Instant, epoch: u64) -> bool {
-        let patience = self.patience();
+        let peer_timeout = self.peer_timeout();
         match &mut self.peer {
             Some(peer) if peer.epoch == epoch => {
                 peer.heard_at = at;
@@ -167,7 +167,7 @@ impl Session {
                 self.has_second_peer |= std::mem::take(&mut self.is_strange);
                 true
             }
-            Some(peer) if at.since(peer.heard_at) <= patience => {
+            Some(peer) if at.since(peer.heard_at) <= peer_timeout => {
                 self.is_strange = true;
                 self.foreign_messages += 1;
                 false
@@ -185,7 +185,7 @@ impl Session {
     }
 
     /// The current time-out of the peer.
-    fn patience(&self) -> Duration {
+    fn peer_timeout(&self) -> Duration {
         MIN_PEER_TIMEOUT.max(self.round_trip.min(MAX_PEER_TIMEOUT) * SILENT_BEYOND).min(MAX_PEER_TIMEOUT)
     }
 
@@ -196,8 +196,8 @@ impl Session {
 
     /// Checks the time-outs of the peer and of unacknowledged batches.
     pub fn listen(&mut self, now: Instant) {
-        let patience = self.patience();
-        if self.peer.is_some_and(|peer| now.since(peer.heard_at) > patience) {
+        let peer_timeout = self.peer_timeout();
+        if self.peer.is_some_and(|peer| now.since(peer.heard_at) > peer_timeout) {
             self.peer = None;
             self.part();
         }

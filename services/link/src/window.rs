@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_never_acknowledged_is_given_up() {
+    fn a_batch_without_acknowledgement_is_dropped_in_the_end() {
         let mut window = Window::new();
         let mut number = 0;
         while window.has_room() {

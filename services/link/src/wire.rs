@@ -245,7 +245,7 @@ mod tests {
     };
 
     #[test]
-    fn what_was_written_is_read() {
+    fn a_written_message_is_read_back_unchanged() {
         let compatibility = compatibility();
         assert_eq!(Batch::decode(&bundle().to_bytes(compatibility), compatibility), Ok(bundle()));
         assert_eq!(Heartbeat::decode(&PULSE.to_bytes(compatibility), compatibility), Ok(PULSE));
@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_beyond_the_last_number_are_none() {
+    fn a_batch_beyond_the_last_sequence_number_is_malformed() {
         let last = Batch { first: u64::MAX - 1, ..bundle() };
         assert_eq!(Batch::decode(&last.to_bytes(compatibility()), compatibility()), Ok(last));
         let beyond = Batch { first: u64::MAX, ..bundle() };
@@ -302,7 +302,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_cut_off_is_none() {
+    fn a_truncated_or_overlong_batch_is_malformed() {
         let whole = bundle().to_bytes(compatibility());
         for length in 0..whole.len() {
             assert_eq!(Batch::decode(&whole[..length], compatibility()), Err(DecodeError::Malformed));
@@ -313,7 +313,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_bytes_are_too_much(place in 56_usize..460, value: u8, more in proptest::collection::vec(any::<u8>(), 0..90)) {
+        fn arbitrary_bytes_are_decoded_without_a_panic(place in 56_usize..460, value: u8, more in proptest::collection::vec(any::<u8>(), 0..90)) {
             let mut bytes = bundle().to_bytes(compatibility());
             if let Some(byte) = bytes.get_mut(place) {
                 *byte = value;

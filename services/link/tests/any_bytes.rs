@@ -14,13 +14,13 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 600, rng_seed: RngSeed::Fixed(8), ..ProptestConfig::default() })]
 
     #[test]
-    fn any_network_input_leaves_the_link_running_and_nothing_is_accepted_twice(script in script()) {
+    fn any_network_input_leaves_the_link_running_and_no_frame_is_duplicated(script in script()) {
         let _seen = bytes::play(&script);
     }
 }
 
 #[test]
-fn the_allegations_of_these_tests_are_understood_and_refused() {
+fn generated_network_input_is_both_understood_and_refused() {
     let mut runner = TestRunner::deterministic();
     let all = (0..100).map(|_| bytes::play(&script().new_tree(&mut runner).unwrap().current()));
     let seen = all.fold(bytes::Seen::default(), |all, one| bytes::Seen {

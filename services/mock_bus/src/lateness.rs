@@ -27,7 +27,7 @@ mod tests {
     const US: Duration = Duration::from_micros(1);
 
     #[test]
-    fn it_comes_to_the_mean_and_a_standstill_counts_for_little() {
+    fn the_mean_latency_is_tracked_and_one_standstill_counts_little() {
         let mut lateness = WakeupLatency::default();
         (0..1000).for_each(|round| lateness.add_sample(if round % 4 == 0 { 50 * US } else { 10 * US }));
         assert!((19 * US..=21 * US).contains(&lateness.mean), "{lateness:?}");

@@ -35,7 +35,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_take_their_time_and_wait_for_each_other() {
+    fn bytes_arrive_one_after_the_other_at_the_line_speed() {
         let mut pacer = Pacer::new(1_000_000);
         assert_eq!(pacer.departure_at(us(1000), 14, Duration::ZERO, 15), us(1290));
         assert_eq!(pacer.departure_at(us(1100), 10, Duration::from_micros(500), 0), us(1890));

@@ -38,7 +38,7 @@ mod tests {
     }
 
     #[test]
-    fn a_servo_is_spared_before_it_would_switch_itself_off() {
+    fn a_servo_is_derated_before_it_would_shut_down() {
         assert!((share(40.0, 12.0) - 1.0).abs() < 1e-9);
         assert!((share(68.0, 12.0) - 1.0).abs() < 1e-9);
         assert!((share(73.0, 12.0) - 0.5).abs() < 1e-9);
@@ -50,7 +50,7 @@ mod tests {
     }
 
     #[test]
-    fn a_servo_at_the_bound_is_not_spared_now_and_then() {
+    fn a_servo_at_the_limit_is_derated_without_flapping() {
         // The temperature alternates by one degree.
         let mut is_derated = false;
         let mut changes = 0;
@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lowest_voltage_above_what_the_servo_is_made_for_spares_nothing() {
+    fn a_minimum_voltage_above_the_nominal_voltage_disables_derating() {
         // Four cells in series, and a limit that keeps them from deep discharge.
         for min_v in [12.0, 13.0, 14.9] {
             let supply = Supply { temperature_c: 40.0, input_v: 14.8 };

@@ -8,7 +8,7 @@ use servo::table::TORQUE_ENABLE;
 use servo::{Address, FastReply, Id, Instruction, Parser, Reading, Status};
 
 use crate::job::CONDITION;
-use crate::patience::ReplyTimeout;
+use crate::reply_timeout::ReplyTimeout;
 use crate::request::{Answer, MAX_SERVOS, Part, PartKind};
 use crate::{Replies, Request};
 
@@ -71,7 +71,7 @@ pub struct Master {
     parser: Parser,
     chain: FastReply,
     baud: u32,
-    patience: ReplyTimeout,
+    reply_timeout: ReplyTimeout,
     /// Consecutive exchanges without any answer.
     silent_exchanges: u32,
 }
@@ -91,15 +91,15 @@ impl PartAnswers {
 }
 
 impl Master {
-    /// Creates the master of a line of `baud` bits per second. A servo may be silent for `patience.0` beyond the time
-    /// on the wire, and for up to `patience.1` if answers come that late.
+    /// Creates the master of a line of `baud` bits per second. A servo may be silent for `reply_timeout.0` beyond the time
+    /// on the wire, and for up to `reply_timeout.1` if answers come that late.
     #[must_use]
-    pub fn new(baud: u32, patience: (Duration, Duration)) -> Self {
+    pub fn new(baud: u32, reply_timeout: (Duration, Duration)) -> Self {
         Self {
             parser: Parser::new(),
             chain: FastReply::new(),
             baud,
-            patience: ReplyTimeout::new(patience.0, patience.1),
+            reply_timeout: ReplyTimeout::new(reply_timeout.0, reply_timeout.1),
             silent_exchanges: 0,
         }
     }
@@ -119,7 +119,7 @@ impl Master {
         }
         self.silent_exchanges =
             if replies.answers.is_empty() { self.silent_exchanges.saturating_add(1) } else { 0 };
-        self.patience.record(replies.late > 0, replies.slow);
+        self.reply_timeout.record(replies.late > 0, replies.slow);
     }
 
     /// Switches torque off on every servo of the bus, in any state.
@@ -130,7 +130,7 @@ impl Master {
         let bytes = require!(bytes.get(..length), "{length} bytes were written").unwrap_or_default();
         for _ in 0..CUTS {
             // The next send opens a lost line again.
-            let _sent = port.send(bytes, self.patience.now);
+            let _sent = port.send(bytes, self.reply_timeout.now);
         }
     }
 
@@ -198,8 +198,8 @@ impl Master {
         let before = self.parser.losses();
         // Once every servo has answered, only silence on the line is awaited.
         let quiet = part.time_to_answer(self.baud);
-        let turn = quiet + self.patience.now;
-        let rest = quiet + self.patience.min_timeout;
+        let turn = quiet + self.reply_timeout.now;
+        let rest = quiet + self.reply_timeout.min_timeout;
         let mut within = part.time_to_send(self.baud) + turn;
         let Sent { at, late } = port.send(bytes, within)?;
         replies.record(part.kind, |part| part.asked_at = at);

@@ -110,7 +110,7 @@ pub(crate) struct Joint {
     motion: Motion,
 
     /// Inputs of the current cycle.
-    orders: BodyState,
+    body_state: BodyState,
     /// Why torque is switched off for the whole body, if it is.
     pub(crate) let_go: Option<JointCause>,
     goal: Option<Goal>,
@@ -179,7 +179,7 @@ impl Joint {
             power: Power::Unknown { was_on: false },
             arming: ArmingState::Disarmed { cause: JointCause::NotStarted },
             motion: Motion::Idle,
-            orders: BodyState::default(),
+            body_state: BodyState::default(),
             let_go: None,
             goal: None,
             contact: LinkQuality {
@@ -299,9 +299,9 @@ impl Joint {
     }
 
     /// Advances the joint to `now`, `dt_s` seconds after the last cycle.
-    pub(crate) fn step(&mut self, now: Instant, dt_s: f64, orders: BodyState) {
-        self.orders = orders;
-        if !orders.live || orders.halt.is_some() || !self.arming.is_given() {
+    pub(crate) fn step(&mut self, now: Instant, dt_s: f64, body_state: BodyState) {
+        self.body_state = body_state;
+        if !body_state.live || body_state.halt.is_some() || !self.arming.is_given() {
             self.goal = None;
         }
         // A decision time in the future (a wrong clock of the commander) would never expire.
@@ -314,7 +314,7 @@ impl Joint {
         if self.let_go.is_some() {
             return;
         }
-        if orders.limp {
+        if body_state.limp {
             self.release(now);
         }
         self.update_arming(now);

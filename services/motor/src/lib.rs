@@ -14,7 +14,7 @@ mod job;
 mod joint;
 mod motor;
 mod notice;
-mod patience;
+mod reply_timeout;
 mod reporter;
 mod request;
 mod servo_clock;

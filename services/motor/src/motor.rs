@@ -78,7 +78,7 @@ pub struct Motor {
     /// End of the validity of the newest arming order.
     order_until: Option<Instant>,
     /// Number of arming orders so far, and how many locks the newest one acknowledges.
-    orders: u64,
+    order_count: u64,
     acknowledged: Option<u64>,
     /// By group, the groups whose failure stops it.
     group_dependencies: Vec<Vec<usize>>,
@@ -133,7 +133,7 @@ impl Motor {
             letting_go: None,
             stopping: None,
             order_until: None,
-            orders: 0,
+            order_count: 0,
             acknowledged: None,
             group_dependencies: group_dependencies(robot.groups.len(), &[], &[]),
             failing: vec![0; robot.groups.len()],
@@ -219,7 +219,7 @@ impl Motor {
                 if let Some(locks) = self.acknowledged {
                     joint.acknowledge(now, locks, false);
                 }
-                joint.arm(self.orders, until);
+                joint.arm(self.order_count, until);
             }
             self.counts.locks += u64::from(joint.count_lock(self.counts.locks));
         }
@@ -262,8 +262,8 @@ impl Motor {
         }
         self.acknowledged = acknowledged_locks;
         self.order_until = Some(now + ORDER_HOLDS);
-        self.orders += 1;
-        self.joints.iter_mut().for_each(|joint| joint.note_order(self.orders));
+        self.order_count += 1;
+        self.joints.iter_mut().for_each(|joint| joint.note_order(self.order_count));
     }
 
     /// Stops the body by the configured stop category, until [`end_emergency`](Self::end_emergency).

@@ -155,7 +155,7 @@ mod tests {
         }
 
         #[test]
-        fn a_clock_that_began_anew_is_noticed(start_ms in 0.0..30_000.0f64, again_ms in 600.0..31_000.0f64) {
+        fn a_restarted_servo_clock_is_detected(start_ms in 0.0..30_000.0f64, again_ms in 600.0..31_000.0f64) {
             let mut servo = ServoClock::default();
             let asked_ms = 40_000.0;
             servo.evaluate(tick(asked_ms, 1.0, start_ms), ms(asked_ms), ms(asked_ms + 1.0));

@@ -301,7 +301,7 @@ fn following() -> Rig {
 }
 
 #[test]
-fn joints_start_only_for_a_commander_and_where_they_stand() {
+fn joints_start_only_with_a_commander_and_at_their_present_positions() {
     let mut rig = Rig::new();
     assert_eq!(rig.state(0).present_position_rad(), None);
     for _ in 0..100 {
@@ -442,7 +442,7 @@ fn a_servo_that_answers_now_and_then_is_not_quarantined() {
 }
 
 #[test]
-fn where_a_whole_bus_is_silent_its_servos_are_blamed_later() {
+fn servos_of_a_wholly_silent_bus_are_quarantined_later() {
     let mut rig = following();
     rig.mute = BTreeSet::from([(0, 1), (0, 2)]);
     rig.commanded(10, 0.0, rig.now);
@@ -452,7 +452,7 @@ fn where_a_whole_bus_is_silent_its_servos_are_blamed_later() {
 }
 
 #[test]
-fn a_servo_that_never_was_there_keeps_no_other_from_starting() {
+fn a_servo_that_was_never_present_does_not_delay_the_others() {
     let mut rig = Rig::new();
     rig.mute.insert((0, 1));
     rig.commanded(150, 0.0, rig.now);
@@ -495,7 +495,7 @@ fn a_restarted_servo_or_tripped_watchdog_is_brought_up_again() {
 }
 
 #[test]
-fn a_servo_of_another_model_gets_no_torque_and_says_so() {
+fn a_servo_of_another_model_gets_no_torque_and_is_reported() {
     let mut rig = Rig::new();
     rig.lines[1].servos[0] = Servo::new(Model::Xm430W350, Id::new(1).unwrap(), 0.0, Instant::EPOCH);
     rig.commanded(100, 0.0, rig.now);
@@ -559,7 +559,7 @@ fn on_a_noisy_wire_every_joint_recovers_and_no_command_jumps() {
 }
 
 #[test]
-fn an_answer_that_comes_once_more_a_cycle_later_is_dropped() {
+fn a_reply_repeated_one_cycle_later_is_dropped() {
     let mut rig = following();
     rig.commanded(1, 0.0, rig.now);
     // Bus 1 was asked last: these are its answers.
@@ -577,7 +577,7 @@ fn an_answer_that_comes_once_more_a_cycle_later_is_dropped() {
 }
 
 #[test]
-fn after_a_missing_reply_none_of_its_length_is_awaited() {
+fn after_a_missing_reply_the_next_request_expects_another_length() {
     let mut rig = following();
     rig.commanded(100, 0.0, rig.now);
     let lengths = |rig: &mut Rig, cycles: usize| {

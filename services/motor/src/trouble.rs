@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let faults = [
             JointFault::Model { expected: 1200, found: 1020 },
             JointFault::HomingOffset(-100),

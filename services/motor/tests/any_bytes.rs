@@ -8,7 +8,7 @@ use proptest::prelude::*;
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
     #[test]
-    fn any_goals_and_any_answers_move_no_joint_beyond_its_limits(
+    fn no_goals_and_replies_move_a_joint_beyond_its_limits(
         script in prop::collection::vec(prop_oneof![2 => Just(0xFF), 1 => Just(0xFD), 1 => Just(0), 6 => any::<u8>()], 64..2000),
     ) {
         prop_assert!(bytes::play(&script) > 0);

@@ -11,5 +11,5 @@ mod source;
 
 pub use fault_injector::FaultInjector;
 pub use io::run::run;
-pub use recordings::{Reason, TraceSourceError, check_traces};
+pub use recordings::{TraceError, TraceSourceError, check_traces};
 pub use sensor::{Sensor, SensorError, SourceEvent};

@@ -19,12 +19,12 @@ pub struct TraceSourceError {
     /// Name of the source.
     pub name: String,
     /// The cause.
-    pub reason: Reason,
+    pub reason: TraceError,
 }
 
 /// Reason why a trace cannot be played.
 #[derive(Debug, thiserror::Error)]
-pub enum Reason {
+pub enum TraceError {
     /// It cannot be read, or has no playable frame.
     #[error(transparent)]
     Playback(#[from] PlaybackError),
@@ -69,9 +69,9 @@ impl Recordings {
             let file = source.file.as_deref().unwrap_or(Path::new(""));
             let refused = |reason| TraceSourceError { name: source.name.clone(), reason };
             let playback = Playback::open(file, source.recorded_source, source.repeat.unwrap_or(false))
-                .map_err(|error| refused(Reason::Playback(error)))?;
+                .map_err(|error| refused(TraceError::Playback(error)))?;
             if let Some(gap) = playback.gap().filter(|gap| *gap < MIN_MEAN_INTERVAL) {
-                return Err(refused(Reason::TooDense { file: file.to_owned(), gap }));
+                return Err(refused(TraceError::TooDense { file: file.to_owned(), gap }));
             }
             Ok(Recording { source: number, playback, has_started: false, end_is_told: false })
         };
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn of_many_frames_in_one_cycle_the_newest_is_used() {
+    fn the_newest_of_many_recorded_frames_in_a_cycle_is_used() {
         const BURST: u64 = 5000;
         let folder = tempfile::tempdir().unwrap();
         let sources = [source(folder.path(), (0..BURST).chain([10_000_000_000]))];

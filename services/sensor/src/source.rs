@@ -97,7 +97,7 @@ impl Source {
         }
         let last = self.last.replace((header.incarnation, header.sequence));
         let missed = match last {
-            Some((life, number)) if life == header.incarnation => {
+            Some((incarnation, number)) if incarnation == header.incarnation => {
                 header.sequence.checked_sub(number).and_then(|step| step.checked_sub(1))
             }
             Some(_) | None => Some(0),

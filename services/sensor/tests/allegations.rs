@@ -20,7 +20,7 @@ proptest! {
 }
 
 #[test]
-fn the_allegations_of_these_tests_are_taken_and_refused_for_many_reasons() {
+fn generated_source_input_is_accepted_and_refused_for_many_reasons() {
     let mut runner = TestRunner::deterministic();
     let seen: Vec<bytes::Seen> =
         (0..30).map(|_| bytes::play(&script().new_tree(&mut runner).unwrap().current())).collect();

@@ -37,7 +37,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_numbers_have_mean_zero_and_deviation_one() {
+    fn gaussian_numbers_have_mean_zero_and_deviation_one() {
         let mut gaussian = Gaussian::new(1);
         let numbers: Vec<f64> = (0..100_000).map(|_| gaussian.next()).collect();
         let mean = numbers.iter().sum::<f64>() / 1e5;

@@ -33,7 +33,7 @@ const FARTHEST_M: f64 = 100.0;
 /// Why an act is refused, with the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
-pub struct Refusal(pub String);
+pub struct RefusedActError(pub String);
 
 impl World {
     /// Executes an act of a teacher at the instant of the next step or later. Returns the result, if the act has one:
@@ -44,7 +44,7 @@ impl World {
     /// # Errors
     ///
     /// The act is refused, and nothing has changed.
-    pub fn act(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<String, Refusal> {
+    pub fn act(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<String, RefusedActError> {
         let Some(kind) = act.kind() else { return refuse("the simulator does not know this act") };
         let who = act.teacher;
         if self.state.teachers.iter().all(|teacher| teacher.number != who) {
@@ -92,7 +92,7 @@ impl World {
         self.state.recorder.lesson(title, now, &self.lesson)
     }
 
-    fn say(&mut self, now: Instant, who: u16, text: Text) -> Result<Done, Refusal> {
+    fn say(&mut self, now: Instant, who: u16, text: Text) -> Result<Done, RefusedActError> {
         let words = text.as_str();
         if words.trim().is_empty() || words.chars().any(char::is_control) {
             return refuse("a sentence has at least one word, at most 252 bytes, and no control characters");
@@ -106,7 +106,7 @@ impl World {
         Ok(Done)
     }
 
-    fn take_by_hand(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
+    fn take_by_hand(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, RefusedActError> {
         let by = act.teacher;
         self.is_here(by)?;
         let index = self.object_named(act.text.as_str())?;
@@ -140,7 +140,7 @@ impl World {
         Ok(Done)
     }
 
-    fn carry(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
+    fn carry(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, RefusedActError> {
         let taken = self.in_hand(act.hand)?;
         let [x, y, z] = place(act.position_m)?;
         let min_m = self.objects().get(taken.index).map_or(0.0, settle::half_height_m);
@@ -153,7 +153,7 @@ impl World {
         Ok(Done)
     }
 
-    fn put(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
+    fn put(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, RefusedActError> {
         let taken = self.in_hand(act.hand)?;
         let [x, y, _] = place(act.position_m)?;
         let kept = self.state.things.get(taken.index).map_or(0.0, |thing| thing.pose.heading_rad());
@@ -184,7 +184,7 @@ impl World {
     }
 
     /// Puts back what a hand holds, if anything.
-    fn cancel(&mut self, now: Instant, hand: u16) -> Result<Done, Refusal> {
+    fn cancel(&mut self, now: Instant, hand: u16) -> Result<Done, RefusedActError> {
         if let Ok(taken) = self.in_hand(hand) {
             self.return_held(now, taken);
         }
@@ -220,7 +220,7 @@ impl World {
         }
     }
 
-    fn seat(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
+    fn seat(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, RefusedActError> {
         let (eyes_m, looks_at_m) = (place(act.position_m)?, place(act.second_vector_m)?);
         let sight_m =
             eyes_m.iter().zip(looks_at_m).map(|(eye, point)| (eye - point).powi(2)).sum::<f64>().sqrt();
@@ -244,7 +244,7 @@ impl World {
         Ok(Done)
     }
 
-    fn set_presence(&mut self, now: Instant, who: u16, comes: bool) -> Result<Done, Refusal> {
+    fn set_presence(&mut self, now: Instant, who: u16, comes: bool) -> Result<Done, RefusedActError> {
         if self.is_here(who).is_ok() == comes {
             return refuse(if comes { "the teacher is here already" } else { "the teacher is away already" });
         }
@@ -275,7 +275,7 @@ impl World {
         Done
     }
 
-    fn lay(&mut self, now: Instant, table: u64) -> Result<Done, Refusal> {
+    fn lay(&mut self, now: Instant, table: u64) -> Result<Done, RefusedActError> {
         let tables = self.lesson.tables().count();
         let Some(table) = usize::try_from(table).ok().filter(|table| *table < tables) else {
             return refuse(format!(
@@ -342,31 +342,31 @@ impl World {
         self.state.teachers.iter().map(|teacher| teacher.person_state(now)).collect()
     }
 
-    fn is_here(&self, who: u16) -> Result<(), Refusal> {
+    fn is_here(&self, who: u16) -> Result<(), RefusedActError> {
         let is_here = self.state.teachers.iter().any(|teacher| teacher.number == who && teacher.is_present);
         if is_here { Ok(()) } else { refuse(format!("teacher {who} is away: the teacher must return first")) }
     }
 
-    fn in_hand(&self, hand: u16) -> Result<HeldThing, Refusal> {
+    fn in_hand(&self, hand: u16) -> Result<HeldThing, RefusedActError> {
         let taken = self.state.taken.iter().find(|taken| taken.hand == hand);
-        taken.copied().ok_or_else(|| Refusal("the hand is empty: take something first".to_owned()))
+        taken.copied().ok_or_else(|| RefusedActError("the hand is empty: take something first".to_owned()))
     }
 
-    fn object_named(&self, name: &str) -> Result<usize, Refusal> {
+    fn object_named(&self, name: &str) -> Result<usize, RefusedActError> {
         let found = self.objects().iter().position(|object| object.name == name);
-        found.ok_or_else(|| Refusal(format!("there is no object `{name}` on the table")))
+        found.ok_or_else(|| RefusedActError(format!("there is no object `{name}` on the table")))
     }
 }
 
 /// The success of an act.
 struct Done;
 
-fn refuse<T>(why: impl Into<String>) -> Result<T, Refusal> {
-    Err(Refusal(why.into()))
+fn refuse<T>(why: impl Into<String>) -> Result<T, RefusedActError> {
+    Err(RefusedActError(why.into()))
 }
 
 /// Validates a position.
-fn place(position_m: [f64; 3]) -> Result<[f64; 3], Refusal> {
+fn place(position_m: [f64; 3]) -> Result<[f64; 3], RefusedActError> {
     // Written so that NaN fails.
     if position_m.iter().all(|coordinate| coordinate.abs() <= FARTHEST_M) {
         Ok(position_m)

@@ -20,6 +20,6 @@ mod thing;
 mod world;
 
 pub use hand::Hand;
-pub use interactive::Refusal;
+pub use interactive::RefusedActError;
 pub use io::run::run;
 pub use world::World;

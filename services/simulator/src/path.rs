@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn every_way_begins_and_ends_where_it_shall_and_has_no_jump() {
+    fn every_path_begins_and_ends_at_its_poses_without_a_jump() {
         for manner in [MotionProfile::Carry, MotionProfile::Glide, MotionProfile::Fall] {
             let path = path(manner);
             let at = |ms: u64| path.at(Instant::EPOCH + Duration::from_millis(ms));

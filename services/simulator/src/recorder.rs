@@ -163,8 +163,8 @@ impl RecordedTable {
     /// Inserts a step after those that begin no later.
     fn insert(&mut self, step: Step) {
         let script = &mut self.table.script;
-        let place = script.iter().rposition(|before| before.at <= step.at).map_or(0, |last| last + 1);
-        script.insert(place, step);
+        let index = script.iter().rposition(|before| before.at <= step.at).map_or(0, |last| last + 1);
+        script.insert(index, step);
     }
 }
 

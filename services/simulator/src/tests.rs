@@ -187,7 +187,7 @@ fn a_moved_thing_is_held_by_the_teacher_until_it_is_there() {
 }
 
 #[test]
-fn the_length_of_the_steps_does_not_change_what_happens() {
+fn the_step_length_does_not_change_the_events() {
     let script = r#"{ at_s = 1.0, who = 1, move = "peg", into = "block", duration_s = 1.0 },
         { at_s = 2.0, who = 1, move = "block", to_m = [0.2, 0.7], duration_s = 0.5 },
         { at_s = 3.0, who = 1, move = "marker", onto = "slab", duration_s = 0.5 }"#;
@@ -256,7 +256,7 @@ fn a_peg_let_go_deep_in_a_hole_stays_there() {
 }
 
 #[test]
-fn a_hand_that_opens_elsewhere_drops_the_peg() {
+fn a_hand_opened_away_from_a_hole_drops_the_peg() {
     for (place_m, rests_m) in [
         ([0.15, 0.50, 0.20], [0.15, 0.50, 0.025]),   // over the table
         ([0.15, 0.50, 0.025], [0.15, 0.50, 0.025]),  // on the table

@@ -10,16 +10,16 @@ const SLOW_INTERVAL: Duration = Duration::from_millis(5);
 /// A fault names an unknown process.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{0}` is not a process: use one of {names}", names = known())]
-pub struct UnknownProcess(String);
+pub struct UnknownProcessError(String);
 
 fn known() -> String {
     let names: Vec<_> = crate::ORDER.iter().map(|process| process.name()).collect();
     names.join(", ")
 }
 
-fn find(name: &str) -> Result<Process, UnknownProcess> {
+fn find(name: &str) -> Result<Process, UnknownProcessError> {
     let process = crate::ORDER.into_iter().find(|process| process.name() == name);
-    process.ok_or_else(|| UnknownProcess(name.to_owned()))
+    process.ok_or_else(|| UnknownProcessError(name.to_owned()))
 }
 
 /// Effect of a fault on a process.
@@ -54,7 +54,7 @@ impl ProcessFaults {
     /// # Errors
     ///
     /// A fault names an unknown process.
-    pub fn new(faults: &[ProcessFault]) -> Result<Self, UnknownProcess> {
+    pub fn new(faults: &[ProcessFault]) -> Result<Self, UnknownProcessError> {
         let planned = faults.iter().map(|fault| {
             let at = Duration::from_secs_f64(fault.at_s.get());
             let lasts =
@@ -75,7 +75,7 @@ impl ProcessFaults {
     /// # Errors
     ///
     /// It is not.
-    pub fn check(name: &str) -> Result<(), UnknownProcess> {
+    pub fn check(name: &str) -> Result<(), UnknownProcessError> {
         find(name).map(drop)
     }
 
@@ -133,7 +133,7 @@ mod tests {
     use super::*;
     use config::campaign::Campaign;
 
-    fn faults(text: &str) -> Result<ProcessFaults, UnknownProcess> {
+    fn faults(text: &str) -> Result<ProcessFaults, UnknownProcessError> {
         ProcessFaults::new(&config::parse::<Campaign>(text, "c.toml".as_ref()).unwrap().processes)
     }
 
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_process_that_there_is_not_is_refused() {
+    fn a_fault_on_an_unknown_process_is_refused() {
         let error = faults("[[processes]]\nkind = \"kill\"\nprocess = \"mind\"\nat_s = 1").unwrap_err();
         assert!(error.to_string().starts_with("`mind` "), "{error}");
         insta::assert_snapshot!(error);

@@ -6,13 +6,13 @@ pub mod policy;
 pub mod readiness;
 mod unlisted;
 
-pub use faults::{ProcessFaults, UnknownProcess};
+pub use faults::{ProcessFaults, UnknownProcessError};
 pub use io::check::{ApplyError, CheckError, CheckOptions, MachineChange, check};
 pub use io::children::Children;
 pub use io::guard::guard;
-pub use io::lives::RosterPublisher;
 pub use io::lockstep_processes::LockstepError;
 pub use io::replay::{FrameCounts, Mismatch, ReplayOptions, ReplayReport, replay};
+pub use io::roster_publisher::RosterPublisher;
 pub use io::run::{ORDER, RunError, RunOptions, run};
 pub use io::tape::Record;
 pub use io::teach::{LessonOptions, teach};

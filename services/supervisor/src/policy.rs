@@ -9,7 +9,7 @@
 //! to stop does not shorten its timeout. If its last incarnation has not reported that torque is off, the supervisor
 //! switches torque off before the mock servo bus stops.
 
-mod life;
+mod lifecycle;
 
 use std::fmt;
 
@@ -18,7 +18,7 @@ use config::leo::Supervisor;
 use invariant::require;
 use message::{Process, ProcessState};
 
-use life::{ProcessLifecycle, Stage};
+use lifecycle::{ProcessLifecycle, Stage};
 
 /// Heartbeat timeout of a process. The processes of the hot path have their own, the mock servo bus included; the
 /// others may wait for a busy processor or disk.
@@ -158,7 +158,7 @@ impl fmt::Display for RobotState {
 #[derive(Clone, Debug)]
 pub struct Policy {
     settings: Supervisor,
-    lives: Vec<ProcessLifecycle>,
+    lifecycles: Vec<ProcessLifecycle>,
     clean_up_state: CleanUpState,
     all_were_ready: bool,
     /// The outcome of the run, set by its first cause.
@@ -197,10 +197,10 @@ impl Policy {
     /// No process runs yet; `order` is the start order.
     #[must_use]
     pub fn new(settings: Supervisor, order: &[Process], now: Instant) -> Self {
-        let lives = order.iter().map(|&process| ProcessLifecycle::new(process, now)).collect();
+        let lifecycles = order.iter().map(|&process| ProcessLifecycle::new(process, now)).collect();
         Self {
             settings,
-            lives,
+            lifecycles,
             clean_up_state: CleanUpState::No,
             all_were_ready: false,
             ending: None,
@@ -218,8 +218,8 @@ impl Policy {
         for event in events {
             self.handle_event(now, *event, &mut actions);
         }
-        for life in &mut self.lives {
-            life.watch(&self.settings, now, &mut actions);
+        for lifecycle in &mut self.lifecycles {
+            lifecycle.watch(&self.settings, now, &mut actions);
         }
         if self.ending.is_none() {
             self.start_next(now, &mut actions);
@@ -236,7 +236,7 @@ impl Policy {
             now.since(self.looked_at).saturating_sub(self.settings.heartbeat_timeout_ms.duration() / 2);
         self.looked_at = now;
         if !late.is_zero() {
-            self.lives.iter_mut().for_each(|life| life.extend_deadline(late));
+            self.lifecycles.iter_mut().for_each(|lifecycle| lifecycle.extend_deadline(late));
         }
     }
 
@@ -245,16 +245,16 @@ impl Policy {
     pub fn is_busy(&self) -> bool {
         self.ending.is_some()
             || self.clean_up_state != CleanUpState::No
-            || !self.lives.iter().all(|life| matches!(life.stage, Stage::Running { .. }))
+            || !self.lifecycles.iter().all(|lifecycle| matches!(lifecycle.stage, Stage::Running { .. }))
     }
 
     /// The state of the robot as a whole.
     #[must_use]
     pub fn robot_state(&self) -> RobotState {
-        let runs = |life: &&ProcessLifecycle| matches!(life.stage, Stage::Running { .. });
+        let runs = |lifecycle: &&ProcessLifecycle| matches!(lifecycle.stage, Stage::Running { .. });
         RobotState {
-            of: self.lives.len(),
-            run: self.lives.iter().filter(runs).count(),
+            of: self.lifecycles.len(),
+            run: self.lifecycles.iter().filter(runs).count(),
             were_ready: self.all_were_ready,
             is_ending: self.ending.is_some(),
         }
@@ -264,8 +264,10 @@ impl Policy {
         match event {
             Event::Died(process, ended) => self.record_exit(now, process, ended),
             Event::Heartbeat { process, state, beat } => {
-                if let Some(life) = self.lives.iter_mut().find(|life| life.process == process) {
-                    life.update_heartbeat(state, beat, now);
+                if let Some(lifecycle) =
+                    self.lifecycles.iter_mut().find(|lifecycle| lifecycle.process == process)
+                {
+                    lifecycle.update_heartbeat(state, beat, now);
                 }
             }
             Event::CleanedUp => {
@@ -278,8 +280,11 @@ impl Policy {
             Event::Stop => {
                 if std::mem::replace(&mut self.stop_requested, true) {
                     self.skips_stop_timeouts = true;
-                    let hurried = self.lives.iter_mut().filter(|life| !switches_torque_off(life.process));
-                    actions.extend(hurried.filter_map(|life| life.kill(KillReason::Hurry)));
+                    let hurried = self
+                        .lifecycles
+                        .iter_mut()
+                        .filter(|lifecycle| !switches_torque_off(lifecycle.process));
+                    actions.extend(hurried.filter_map(|lifecycle| lifecycle.kill(KillReason::Hurry)));
                 }
                 self.ending.get_or_insert(Outcome::Stopped);
             }
@@ -298,10 +303,10 @@ impl Policy {
     }
 
     fn record_exit(&mut self, now: Instant, process: Process, ended: ExitKind) {
-        let life = self.lives.iter_mut().find(|life| life.process == process);
-        let Some(life) = require!(life, "{process} is supervised") else { return };
-        let asked = matches!(life.stage, Stage::Stopping { .. });
-        let too_often = life.record_death(&self.settings, now);
+        let lifecycle = self.lifecycles.iter_mut().find(|lifecycle| lifecycle.process == process);
+        let Some(lifecycle) = require!(lifecycle, "{process} is supervised") else { return };
+        let asked = matches!(lifecycle.stage, Stage::Stopping { .. });
+        let too_often = lifecycle.record_death(&self.settings, now);
         if process == Process::Motor && ended == ExitKind::Done {
             self.torque = Torque::Off;
         }
@@ -322,35 +327,38 @@ impl Policy {
     }
 
     fn start_next(&mut self, now: Instant, actions: &mut Vec<Action>) {
-        let starting = self.lives.iter().any(|life| matches!(life.stage, Stage::Starting { .. }));
+        let starting =
+            self.lifecycles.iter().any(|lifecycle| matches!(lifecycle.stage, Stage::Starting { .. }));
         if self.clean_up_state == CleanUpState::Yes && !starting {
             self.clean_up_state = CleanUpState::Requested;
             actions.push(Action::CleanUp);
         }
         if self.clean_up_state == CleanUpState::No {
-            for life in &mut self.lives {
-                if let Stage::Waiting { until } = life.stage
+            for lifecycle in &mut self.lifecycles {
+                if let Stage::Waiting { until } = lifecycle.stage
                     && now >= until
                 {
-                    actions.push(life.start(now));
-                    if life.process == Process::Motor {
+                    actions.push(lifecycle.start(now));
+                    if lifecycle.process == Process::Motor {
                         self.torque = Torque::Unknown;
                     }
                 }
                 // The following processes wait until this one was ready once.
-                if !life.was_ready {
+                if !lifecycle.was_ready {
                     break;
                 }
             }
         }
-        if !self.all_were_ready && self.lives.iter().all(|life| matches!(life.stage, Stage::Running { .. })) {
+        if !self.all_were_ready
+            && self.lifecycles.iter().all(|lifecycle| matches!(lifecycle.stage, Stage::Running { .. }))
+        {
             self.all_were_ready = true;
             actions.push(Action::AllReady);
         }
     }
 
     fn stop_next(&mut self, now: Instant, actions: &mut Vec<Action>) {
-        let motor = self.lives.iter_mut().find(|life| life.process == Process::Motor);
+        let motor = self.lifecycles.iter_mut().find(|lifecycle| lifecycle.process == Process::Motor);
         let is_motor_gone = motor.is_none_or(|motor| {
             // It depends on no other process to decelerate, hold and switch torque off.
             actions.extend(motor.stop(now));
@@ -361,16 +369,18 @@ impl Policy {
             actions.push(Action::SwitchTorqueOff);
         }
         let is_off = is_motor_gone && self.torque == Torque::Off;
-        for life in self.lives.iter_mut().rev().filter(|life| life.process != Process::Motor) {
-            if life.process == Process::MockBus && !is_off {
+        for lifecycle in
+            self.lifecycles.iter_mut().rev().filter(|lifecycle| lifecycle.process != Process::Motor)
+        {
+            if lifecycle.process == Process::MockBus && !is_off {
                 return;
             }
             actions.extend(if self.skips_stop_timeouts {
-                life.kill(KillReason::Hurry)
+                lifecycle.kill(KillReason::Hurry)
             } else {
-                life.stop(now)
+                lifecycle.stop(now)
             });
-            if !life.is_gone() {
+            if !lifecycle.is_gone() {
                 return;
             }
         }

@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let errors = [
             BudgetError::Text { what: "a configuration file", max_bytes: 4 << 20 },
             BudgetError::Line { line: 3, what: "example", max_bytes: 1 << 10 },

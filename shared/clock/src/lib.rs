@@ -84,13 +84,6 @@ pub fn now() -> Instant {
     Instant(seconds * NANOS_PER_SECOND + nanos)
 }
 
-/// The machine's wall clock in seconds since the beginning of 1970 (UTC). Use it for names and reports, never to
-/// measure time.
-#[must_use]
-pub fn date_s() -> u64 {
-    u64::try_from(clock_gettime(ClockId::Realtime).tv_sec).unwrap_or(0)
-}
-
 /// Sleeps until the absolute instant `wake`; returns at once if it has passed.
 ///
 /// An absolute sleep does not drift, and an interrupting signal does not lengthen it.

@@ -168,7 +168,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_fault_is_refused_where_it_stands() {
+    fn an_invalid_campaign_fault_is_refused_with_its_position() {
         let refuse = |text: &str| parse::<Campaign>(text, Path::new("c.toml")).unwrap_err().to_string();
         let said = refuse("[[percepts]]\nkind = \"dorp\"\nprobability = 0.1");
         assert!(said.contains("c.toml:2") && said.contains("drop"), "{said}");

@@ -12,22 +12,23 @@ struct Faults {
     faults: Vec<Spanned<String>>,
 }
 
-/// Reads a file of faults and parses each one with `read`; returns all faults, or an error.
+/// Reads a file of faults and parses each one with `parse_fault`; returns all faults, or an error. The parser is a
+/// parameter, because a fault is a type of the mock servo bus, which this crate does not know.
 ///
 /// # Errors
 ///
-/// The file cannot be read, is not TOML, has a key other than `faults`, or `read` rejects a fault. The error names the
-/// line.
+/// The file cannot be read, is not TOML, has a key other than `faults`, or `parse_fault` rejects a fault. The error
+/// names the line.
 pub fn load<T, E: Display>(
     file: &Path,
-    read: impl Fn(&str) -> Result<T, E>,
+    parse_fault: impl Fn(&str) -> Result<T, E>,
 ) -> Result<Vec<T>, SettingsError> {
     let text = crate::text(file)?;
-    let faults: Faults = parse(&text, file)?;
-    let read = |words: &Spanned<String>| {
-        read(words.get_ref()).map_err(|error| error_at(&text, file, words.span(), error.to_string()))
+    let Faults { faults } = parse(&text, file)?;
+    let parse_at = |spec: &Spanned<String>| {
+        parse_fault(spec.get_ref()).map_err(|error| error_at(&text, file, spec.span(), error.to_string()))
     };
-    faults.faults.iter().map(read).collect()
+    faults.iter().map(parse_at).collect()
 }
 
 #[cfg(test)]
@@ -38,7 +39,7 @@ mod tests {
     use crate::test_support::assert_invalid;
 
     #[test]
-    fn a_file_is_read_whole_or_refused_with_the_line() {
+    fn an_invalid_fault_is_reported_with_its_line() {
         let file = tempfile::NamedTempFile::new().unwrap();
         let load = |text: &str| {
             fs::write(file.path(), text).unwrap();

@@ -26,7 +26,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_that_is_not_there_is_named() {
+    fn a_missing_file_is_named() {
         let said = load::<crate::leo::Leo>(Path::new("/nowhere/leo.toml")).unwrap_err().to_string();
         assert!(said.starts_with("cannot read /nowhere/leo.toml: "), "{said}");
     }

@@ -339,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_and_not_old_is_an_error_as_ever() {
+    fn an_error_that_no_migration_corrects_is_still_reported() {
         for (from, to) in [
             ("rate_hz = 200.0", "rate_hz = \"often\""),
             ("queue_depth = 4", "fraems = 4"),

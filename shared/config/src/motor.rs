@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn what_contradicts_itself_is_refused_with_its_line() {
+    fn a_contradictory_motor_file_is_refused_with_its_line() {
         let cases = [
             ("bus = \"torso\"", "bus = \"trunk\"", (16, 7), "trunk"),
             ("id = 1 ", "id = 253 ", (17, 6), "253"),
@@ -397,12 +397,12 @@ mod tests {
             ("model = \"XM430-W350\"", "model = \"xm430-w210\"", (18, 9), "xm430-w210"),
             ("model = \"XM430-W350\"", "model = \"XM430-W35\"", (18, 9), "`XM430-W350`?"),
         ];
-        let mut worded = String::new();
+        let mut wording = String::new();
         for (from, to, place, word) in cases {
             let error = refusal(from, to);
             assert_invalid(&error, place, word);
-            worded += &format!("{to}\n    {error}\n");
+            wording += &format!("{to}\n    {error}\n");
         }
-        insta::assert_snapshot!(worded);
+        insta::assert_snapshot!(wording);
     }
 }

@@ -102,7 +102,7 @@ fn an_old_name_is_refused_with_its_line_and_successor() {
 }
 
 #[test]
-fn a_migration_renames_every_old_name_and_changes_nothing_else() {
+fn a_migration_renames_every_old_name_and_keeps_the_rest() {
     for file in ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml"] {
         let rows = || RENAMED.iter().filter(|row| row.0 == file);
         let text = rows().fold(sample(file), |text, (_, _, new)| with(&text, new, name(new)));

@@ -255,14 +255,14 @@ mod tests {
     }
 
     #[test]
-    fn sources_that_cannot_be_are_refused_with_their_line() {
+    fn contradictory_sources_are_refused_with_their_line() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("leo.toml");
         let lines = builtin::LEO.lines().count();
         let camera = |name: &str, more: &str| {
             format!("\n[[sensor.source]]\nname = \"{name}\"\nkind = \"external\"\n{more}")
         };
-        let mut worded = String::new();
+        let mut wording = String::new();
         for (sources, line, word) in [
             (camera("a", "") + &camera("a", ""), lines + 6, "`a` already"),
             (camera("a", "position_sd_m = 0.1"), lines + 2, "`position_sd_m`"),
@@ -277,9 +277,9 @@ mod tests {
             );
             assert!(error.contains(word), "{error}");
             let (_, reason) = error.split_once("leo.toml:").unwrap().1.split_once(": ").unwrap();
-            worded += &format!("{}\n    {reason}\n", sources.trim());
+            wording += &format!("{}\n    {reason}\n", sources.trim());
         }
-        insta::assert_snapshot!(worded);
+        insta::assert_snapshot!(wording);
         fs::write(&file, builtin::LEO.to_owned() + &camera("a", "position_sd_m = 0.02")).unwrap();
         assert_eq!(Robot::load(Some(&file)).unwrap().leo.sensor.source.len(), 2);
     }
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_neighbour_that_is_wrong_is_named() {
+    fn an_invalid_file_beside_leo_toml_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let leo = folder.path().join("leo.toml");
         fs::write(&leo, builtin::LEO).unwrap();

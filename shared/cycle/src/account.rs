@@ -42,7 +42,7 @@ mod tests {
     use crate::Schedule;
 
     #[test]
-    fn lateness_execution_overruns_and_skipped_releases_are_told_apart() {
+    fn lateness_execution_overruns_and_skipped_releases_are_counted_separately() {
         let mut health = Health::default();
         let mut schedule = Schedule::new(Duration::from_micros(1000), Instant::EPOCH).unwrap();
         for (late_us, works_us) in [(10, 100), (900, 200), (0, 3500)] {

@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_may_end_at_the_next_release_and_no_later() {
+    fn a_cycle_must_end_by_the_next_release() {
         let mut schedule = schedule(100, 1000);
         assert_eq!(schedule.finish(Instant::from_nanos(1100)), 0);
         assert_eq!(schedule.finish(Instant::from_nanos(1201)), 1);

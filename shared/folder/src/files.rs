@@ -3,10 +3,10 @@
 use std::fs::File;
 use std::io::{self, ErrorKind};
 
-use rustix::fs::{FileType, OFlags, fchown, fstat, fsync, openat, renameat};
+use rustix::fs::{OFlags, fchown, fstat, fsync, renameat};
 use rustix::process::geteuid;
 
-use super::{Folder, OWN_FILE};
+use super::Folder;
 
 impl Folder {
     /// Opens a file in it for reading and appending; `None` if it does not exist. It must be a regular file of the
@@ -16,30 +16,16 @@ impl Folder {
     ///
     /// It is a symbolic link, not a regular file, or another user's, or cannot be opened.
     pub fn own(&self, name: &str) -> io::Result<Option<File>> {
-        // Without NONBLOCK, opening a named pipe would block until its other end is opened.
-        let flags = OFlags::RDWR | OFlags::APPEND | OFlags::NOFOLLOW | OFlags::CLOEXEC | OFlags::NONBLOCK;
-        let file = match openat(&self.descriptor, name, flags, OWN_FILE) {
-            Ok(descriptor) => File::from(descriptor),
-            Err(rustix::io::Errno::NOENT) => return Ok(None),
-            Err(rustix::io::Errno::LOOP) => {
-                return Err(self.refused(name, "is a symbolic link, which is not followed"));
-            }
-            Err(errno) => return Err(errno.into()),
+        let file = match self.file(name, OFlags::RDWR | OFlags::APPEND) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+            opened => opened?,
         };
         let (there, folder) = (fstat(&file)?, fstat(&self.descriptor)?);
-        if !FileType::from_raw_mode(there.st_mode).is_file() {
-            return Err(self.refused(name, "is no regular file"));
-        }
         if there.st_uid != folder.st_uid {
             let owner = there.st_uid;
             return Err(self.refused(name, &format!("belongs to the user with the number {owner}")));
         }
         Ok(Some(file))
-    }
-
-    fn refused(&self, name: &str, what: &str) -> io::Error {
-        let file = self.path.join(name);
-        io::Error::new(ErrorKind::PermissionDenied, format!("{} {what}", file.display()))
     }
 
     /// Changes the owner of a file that root created in another user's folder to that user.

@@ -2,7 +2,8 @@
 //!
 //! `/dev/shm` and `/tmp` are writable by every user. Another user can put a symbolic link or a folder where this
 //! user's is expected. A [`Folder`] is opened without following a link. It must belong to this user, and no other
-//! user may write to it. All operations use its descriptor, so that they apply to the folder that was checked.
+//! user may write to it; [`Folder::open_for_root`] skips these two checks for root. All operations use its descriptor,
+//! so that they apply to the folder that was checked.
 
 mod files;
 mod output;
@@ -23,16 +24,17 @@ use rustix::process::geteuid;
 pub use output::{Existing, Output, OutputError};
 
 /// Flags for opening a folder.
-const FOLDER: OFlags = OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
+const OPEN_FLAGS: OFlags =
+    OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
 /// Mode bits of write access for other users.
-const WRITTEN_BY_OTHERS: u32 = 0o022;
+const WRITABLE_BY_OTHERS: u32 = 0o022;
 /// Modes of new folders and files: access for this user only.
 const OWN_FOLDER: Mode = Mode::RWXU;
 const OWN_FILE: Mode = Mode::RUSR.union(Mode::WUSR);
 /// Maximum depth of [`Folder::clear`], larger than any folder tree of Leo or its middleware.
 const MAX_DEPTH: u32 = 16;
 
-/// An open folder of this user.
+/// An open folder of this user, or of any user if root opened it by [`Folder::open_for_root`].
 #[derive(Debug)]
 pub struct Folder {
     descriptor: OwnedFd,
@@ -121,32 +123,31 @@ impl Folder {
             return Err(FolderError::OtherOwner { path: folder.path, owner: stat.st_uid });
         }
         let mode = stat.st_mode & 0o7777;
-        if mode & WRITTEN_BY_OTHERS != 0 {
+        if mode & WRITABLE_BY_OTHERS != 0 {
             return Err(FolderError::WritableByOthers { path: folder.path, mode });
         }
         Ok(folder)
     }
 
-    /// Opens a folder of this user, or of any user if this user is root. For operations that root does for others,
-    /// such as releasing an emergency stop.
+    /// Like [`Self::open`], but if this user is root, any user may own the folder or write to it. For operations that
+    /// root does for others, such as releasing an emergency stop: other users may have put anything into the folder.
     ///
     /// # Errors
     ///
-    /// As [`Self::open`].
+    /// As [`Self::open`]. For root only: it is a symbolic link or not a folder, or cannot be opened.
     pub fn open_for_root(path: &Path) -> Result<Self, FolderError> {
         if geteuid().is_root() { Self::open_any(path) } else { Self::open(path) }
     }
 
-    /// Creates a folder with access for this user only if it does not exist, and opens it. Its parent must exist.
+    /// Opens a folder. If it is missing, creates it first, with access for this user alone. Its parent must exist.
     ///
     /// # Errors
     ///
     /// As [`Self::open`], or it cannot be created.
     pub fn make(path: &Path) -> Result<Self, FolderError> {
-        let path: PathBuf = path.components().collect();
-        match mkdir(&path, OWN_FOLDER) {
-            Ok(()) | Err(Errno::EXIST) => Self::open(&path),
-            Err(errno) => Err(FolderError::System { path, source: errno.into() }),
+        match mkdir(path, OWN_FOLDER) {
+            Ok(()) | Err(Errno::EXIST) => Self::open(path),
+            Err(errno) => Err(FolderError::System { path: path.to_owned(), source: errno.into() }),
         }
     }
 
@@ -156,7 +157,6 @@ impl Folder {
     ///
     /// As [`Self::make`].
     pub fn make_all(path: &Path) -> Result<Self, FolderError> {
-        let path: PathBuf = path.components().collect();
         if let Some(above) = path.parent() {
             DirBuilder::new()
                 .recursive(true)
@@ -164,13 +164,13 @@ impl Folder {
                 .create(above)
                 .map_err(|source| FolderError::System { path: above.to_owned(), source })?;
         }
-        Self::make(&path)
+        Self::make(path)
     }
 
     fn open_any(path: &Path) -> Result<Self, FolderError> {
         // With a slash at the end, the system would follow a link.
         let path: PathBuf = path.components().collect();
-        match open(&path, FOLDER, Mode::empty()) {
+        match open(&path, OPEN_FLAGS, Mode::empty()) {
             Ok(descriptor) => Ok(Self { descriptor, path }),
             Err(Errno::ACCESS) => {
                 let owner = lstat(&path).map(|stat| stat.st_uid).ok();
@@ -216,8 +216,8 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// It does not exist, is a symbolic link, or cannot be read.
-    pub fn read(&self, name: &str) -> io::Result<File> {
+    /// It does not exist, is not a regular file, or cannot be read.
+    pub fn open_for_reading(&self, name: &str) -> io::Result<File> {
         self.file(name, OFlags::RDONLY)
     }
 
@@ -225,17 +225,17 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// As [`Self::read`]; or it is not UTF-8, or longer than a configuration file may be.
+    /// As [`Self::open_for_reading`]; or it is not UTF-8, or longer than a configuration file may be.
     pub fn text(&self, name: &str) -> io::Result<String> {
-        budget::read_text(self.read(name)?, "a file of this folder", budget::CONFIGURATION_BYTES)
+        budget::read_text(self.open_for_reading(name)?, "a file of this folder", budget::CONFIGURATION_BYTES)
     }
 
     /// Opens a file in it for writing; creates it if necessary, and keeps its content.
     ///
     /// # Errors
     ///
-    /// It is a symbolic link, or cannot be written.
-    pub fn write(&self, name: &str) -> io::Result<File> {
+    /// It is not a regular file, or cannot be written.
+    pub fn open_for_writing(&self, name: &str) -> io::Result<File> {
         self.file(name, OFlags::WRONLY | OFlags::CREATE)
     }
 
@@ -243,7 +243,7 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// As [`Self::write`].
+    /// As [`Self::open_for_writing`].
     pub fn replace(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
         self.file(name, OFlags::WRONLY | OFlags::CREATE | OFlags::TRUNC)?.write_all(bytes)
     }
@@ -257,9 +257,24 @@ impl Folder {
         self.file(name, OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL)
     }
 
+    /// Opens a regular file in it.
     fn file(&self, name: &str, flags: OFlags) -> io::Result<File> {
-        let flags = flags | OFlags::NOFOLLOW | OFlags::CLOEXEC;
-        Ok(openat(&self.descriptor, name, flags, OWN_FILE)?.into())
+        // Without NONBLOCK, opening a named pipe would block until its other end is opened.
+        let flags = flags | OFlags::NOFOLLOW | OFlags::CLOEXEC | OFlags::NONBLOCK;
+        let file = match openat(&self.descriptor, name, flags, OWN_FILE) {
+            Err(Errno::LOOP) => return Err(self.refused(name, "is a symbolic link, which is not followed")),
+            opened => File::from(opened?),
+        };
+        if FileType::from_raw_mode(fstat(&file)?.st_mode).is_file() {
+            Ok(file)
+        } else {
+            Err(self.refused(name, "is no regular file"))
+        }
+    }
+
+    fn refused(&self, name: &str, what: &str) -> io::Error {
+        let file = self.path.join(name);
+        io::Error::new(io::ErrorKind::PermissionDenied, format!("{} {what}", file.display()))
     }
 
     /// Creates a hard link to a file in it. The new name must not exist.
@@ -279,7 +294,8 @@ impl Folder {
     pub fn rename(&self, name: &str, other: &str) -> io::Result<()> {
         let (from, to) = (&self.descriptor, &self.descriptor);
         match renameat_with(from, name, to, other, RenameFlags::NOREPLACE) {
-            // Not every file system supports this atomically.
+            // This file system cannot check and rename atomically: a file that another program creates under the
+            // new name between the two calls is replaced.
             Err(Errno::INVAL) if !self.has(other)? => Ok(renameat(from, name, to, other)?),
             Err(errno) => Err(errno.into()),
             Ok(()) => Ok(()),
@@ -302,7 +318,7 @@ impl Folder {
     }
 }
 
-fn clear(folder: &OwnedFd, keep: &[&str], deep: u32) {
+fn clear(folder: &OwnedFd, keep: &[&str], levels_left: u32) {
     let Ok(entries) = Dir::read_from(folder) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();
@@ -310,11 +326,11 @@ fn clear(folder: &OwnedFd, keep: &[&str], deep: u32) {
         if matches!(name.to_bytes(), b"." | b"..") || keep.iter().any(is_kept) {
             continue;
         }
-        if unlinkat(folder, name, AtFlags::empty()).is_ok() || deep == 0 {
+        if unlinkat(folder, name, AtFlags::empty()).is_ok() || levels_left == 0 {
             continue;
         }
-        if let Ok(below) = openat(folder, name, FOLDER, Mode::empty()) {
-            clear(&below, &[], deep - 1);
+        if let Ok(below) = openat(folder, name, OPEN_FLAGS, Mode::empty()) {
+            clear(&below, &[], levels_left - 1);
             let _gone_if_empty = unlinkat(folder, name, AtFlags::REMOVEDIR);
         }
     }

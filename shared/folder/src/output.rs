@@ -15,18 +15,18 @@ pub enum Existing {
     Replace,
 }
 
-/// Place of an output file: in a folder of this user, or at a path given by the user.
+/// Location of an output file: in a folder of this user, or at a path given by the user.
 ///
 /// In both cases, a symbolic link at its name is not followed, because another user may have put it there. An
 /// existing file is kept unless it is to be replaced.
 #[derive(Clone, Debug)]
 pub struct Output {
-    place: Place,
+    location: Location,
     path: PathBuf,
 }
 
 #[derive(Clone, Debug)]
-enum Place {
+enum Location {
     In { folder: Arc<Folder>, name: String },
     Named(Existing),
 }
@@ -57,14 +57,14 @@ impl Output {
     /// A file in a folder of this user. An existing file is kept.
     #[must_use]
     pub fn in_folder(folder: &Arc<Folder>, name: &str) -> Self {
-        let place = Place::In { folder: Arc::clone(folder), name: name.to_owned() };
-        Self { place, path: folder.path().join(name) }
+        let location = Location::In { folder: Arc::clone(folder), name: name.to_owned() };
+        Self { location, path: folder.path().join(name) }
     }
 
     /// A file at a path given by the user.
     #[must_use]
     pub fn named(path: &Path, existing: Existing) -> Self {
-        Self { place: Place::Named(existing), path: path.to_owned() }
+        Self { location: Location::Named(existing), path: path.to_owned() }
     }
 
     /// Its path.
@@ -79,21 +79,21 @@ impl Output {
     ///
     /// It is a symbolic link, exists and is to be kept, or cannot be created.
     pub fn create(&self) -> io::Result<File> {
-        match &self.place {
-            Place::In { folder, name } => match folder.create(name) {
+        match &self.location {
+            Location::In { folder, name } => match folder.create(name) {
                 Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(OutputError::Taken.into()),
                 made => made,
             },
-            Place::Named(existing) => self.create_named(*existing),
+            Location::Named(existing) => self.create_named(*existing),
         }
     }
 
     /// Removes a file that could not be written completely. A device is kept.
     pub fn remove(&self) {
-        let _gone = match &self.place {
-            Place::In { folder, name } => folder.remove(name),
-            Place::Named(_) if self.is_file() => fs::remove_file(&self.path),
-            Place::Named(_) => Ok(()),
+        let _gone = match &self.location {
+            Location::In { folder, name } => folder.remove(name),
+            Location::Named(_) if self.is_file() => fs::remove_file(&self.path),
+            Location::Named(_) => Ok(()),
         };
     }
 
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn in_a_folder_of_its_own_nothing_is_written_over() {
+    fn an_output_in_a_folder_of_leo_replaces_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let own = Arc::new(Folder::make(&folder.path().join("own")).unwrap());
         let output = Output::in_folder(&own, "a.mcap");

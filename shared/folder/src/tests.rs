@@ -1,5 +1,8 @@
 use std::fs;
 use std::os::unix::fs::{PermissionsExt as _, symlink};
+use std::time::Duration;
+
+use rustix::fs::mkfifoat;
 
 use super::*;
 
@@ -25,7 +28,7 @@ fn a_folder_is_created_for_this_user_alone() {
 }
 
 #[test]
-fn a_link_is_not_followed_and_nothing_behind_it_is_touched() {
+fn a_link_is_not_followed_and_its_target_is_unchanged() {
     let parent = parent();
     let (precious, planted) = (parent.path().join("precious"), parent.path().join("leo-robot"));
     fs::create_dir(&precious).unwrap();
@@ -46,11 +49,31 @@ fn a_link_is_not_followed_and_nothing_behind_it_is_touched() {
     let folder = Folder::make(&parent.path().join("own")).unwrap();
     symlink(precious.join("learned"), folder.path().join("file")).unwrap();
     symlink(&precious, folder.path().join("below")).unwrap();
-    assert!(folder.read("file").is_err() && folder.replace("file", b"none").is_err());
+    assert!(folder.open_for_reading("file").is_err() && folder.replace("file", b"none").is_err());
     assert!(folder.has("file").unwrap());
     folder.clear(&[]);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     assert_eq!(fs::read_to_string(precious.join("learned")).unwrap(), "all");
+}
+
+#[test]
+fn a_named_pipe_is_refused_without_waiting_for_its_other_end() {
+    let parent = parent();
+    let folder = Folder::make(&parent.path().join("own")).unwrap();
+    mkfifoat(&folder.descriptor, "pipe", OWN_FILE).unwrap();
+    let (sender, refused) = std::sync::mpsc::channel();
+    // In a thread, because an open that waits would never return.
+    std::thread::spawn(move || {
+        let opened = [folder.open_for_reading("pipe").map(drop), folder.own("pipe").map(drop)];
+        let text = folder.text("pipe").map(drop);
+        let written = [folder.open_for_writing("pipe").map(drop), folder.replace("pipe", b"x")];
+        sender.send((opened, text, written)).unwrap();
+    });
+    let (opened, text, written) = refused.recv_timeout(Duration::from_secs(20)).expect("an open waits");
+    for error in opened.into_iter().chain([text]).map(Result::unwrap_err) {
+        assert!(error.to_string().ends_with("/own/pipe is no regular file"), "{error}");
+    }
+    assert!(written.iter().all(Result::is_err), "{written:?}");
 }
 
 #[test]
@@ -67,7 +90,7 @@ fn a_folder_or_file_writable_by_others_is_refused() {
 }
 
 #[test]
-fn a_folder_is_emptied_to_the_bottom_but_for_what_is_kept() {
+fn clearing_a_folder_removes_all_levels_except_kept_names() {
     let parent = parent();
     let folder = Folder::make(&parent.path().join("own")).unwrap();
     fs::create_dir_all(folder.path().join("a/b/c")).unwrap();
@@ -79,7 +102,7 @@ fn a_folder_is_emptied_to_the_bottom_but_for_what_is_kept() {
 }
 
 #[test]
-fn errors_are_worded() {
+fn error_messages_match_the_snapshot() {
     let path = || PathBuf::from("/dev/shm/leo-a");
     let errors = [
         FolderError::Link { path: path() },
@@ -89,7 +112,7 @@ fn errors_are_worded() {
         FolderError::System { path: path(), source: io::ErrorKind::NotFound.into() },
     ];
     let outputs = [OutputError::Link, OutputError::Exists, OutputError::Taken];
-    let worded: Vec<String> =
+    let wording: Vec<String> =
         errors.iter().map(ToString::to_string).chain(outputs.iter().map(ToString::to_string)).collect();
-    insta::assert_snapshot!(worded.join("\n"));
+    insta::assert_snapshot!(wording.join("\n"));
 }

@@ -225,7 +225,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_pose_and_its_inverse_bring_a_point_home(
+        fn a_pose_and_its_inverse_restore_a_point(
             x in -5.0..5.0, y in -5.0..5.0, z in -5.0..5.0, heading in -3.0..3.0,
             px in -5.0..5.0, py in -5.0..5.0, pz in -5.0..5.0,
         ) {
@@ -236,7 +236,7 @@ mod tests {
         }
 
         #[test]
-        fn looking_puts_the_target_on_the_line_of_sight(
+        fn a_looking_pose_points_its_axis_at_the_target(
             fx in -5.0..5.0, fy in -5.0..5.0, fz in -5.0..5.0, tx in -5.0..5.0, ty in -5.0..5.0, tz in -5.0..5.0,
         ) {
             let (from, towards) = (Position::<World>::new(fx, fy, fz), Position::new(tx, ty, tz));
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_no_pose_are_refused() {
+    fn an_invalid_pose_is_refused() {
         let upright = [0.0, 0.0, 0.0, 1.0];
         assert!(Pose::<World, Base>::from_parts([0.0; 3], upright).is_some());
         assert!(Pose::<World, Base>::from_parts([f64::NAN, 0.0, 0.0], upright).is_none());

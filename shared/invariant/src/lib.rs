@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_check_that_holds_reports_nothing() {
+    fn a_check_that_holds_reports_no_violation() {
         assert!(invariant!(1 + 1 == 2, "arithmetic"));
         assert_eq!(require!(Some(3), "a value"), Some(3));
     }

@@ -28,7 +28,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_joint_is_carried_by_the_next_one_towards_the_base() {
+    fn each_joint_is_attached_to_the_next_towards_the_base() {
         let urdf = include_str!("../leo.urdf");
         let names = [
             "torso_yaw_joint",

@@ -37,7 +37,7 @@ pub enum HandGoal {
 /// No solution within the joint limits was found.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the {} hand cannot get there: it stays {distance_m:.3} m and {angle_rad:.2} rad away", side.name())]
-pub struct Unreachable {
+pub struct UnreachableError {
     /// The side of the hand.
     pub side: Side,
     /// Remaining distance of the best attempt, in metres.
@@ -69,13 +69,13 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// [`Unreachable`] if no attempt converged to the aim.
+    /// [`UnreachableError`] if no attempt converged to the aim.
     pub fn inverse_kinematics(
         &self,
         side: Side,
         aim: &HandGoal,
         seed_rad: &[f64],
-    ) -> Result<[f64; ARM_JOINTS], Unreachable> {
+    ) -> Result<[f64; ARM_JOINTS], UnreachableError> {
         let problem = Problem::new(self, side, aim, seed_rad);
         let mut best = problem.attempt(problem.seed);
         if best.is_close() {
@@ -100,13 +100,13 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// [`Unreachable`] if the attempt from the seed did not reach the aim.
+    /// [`UnreachableError`] if the attempt from the seed did not reach the aim.
     pub fn inverse_kinematics_from_seed(
         &self,
         side: Side,
         aim: &HandGoal,
         seed_rad: &[f64],
-    ) -> Result<[f64; ARM_JOINTS], Unreachable> {
+    ) -> Result<[f64; ARM_JOINTS], UnreachableError> {
         let problem = Problem::new(self, side, aim, seed_rad);
         problem.judge(side, &problem.attempt(problem.seed))
     }
@@ -181,8 +181,8 @@ impl<'a> Problem<'a> {
                 (goal.point().coords, turn_down(&hand.rotation))
             }
         };
-        let way = goal - hand.translation.vector;
-        Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z)
+        let offset = goal - hand.translation.vector;
+        Vector6::new(offset.x, offset.y, offset.z, turn.x, turn.y, turn.z)
     }
 
     fn step(&self, at: &ArmVector, jacobian: &Jacobian, error: &Vector6<f64>) -> Option<ArmVector> {
@@ -234,11 +234,11 @@ impl<'a> Problem<'a> {
         }
     }
 
-    fn judge(&self, side: Side, found: &Found) -> Result<[f64; ARM_JOINTS], Unreachable> {
+    fn judge(&self, side: Side, found: &Found) -> Result<[f64; ARM_JOINTS], UnreachableError> {
         if found.is_close() {
             Ok(found.positions_rad.into())
         } else {
-            Err(Unreachable { side, distance_m: found.distance_m, angle_rad: found.angle_rad })
+            Err(UnreachableError { side, distance_m: found.distance_m, angle_rad: found.angle_rad })
         }
     }
 }

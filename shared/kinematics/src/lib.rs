@@ -13,5 +13,5 @@ mod tree;
 
 pub use body::{ARM_JOINTS, Body, BodyError, Joint, Side};
 pub use carried::nearest_ancestors;
-pub use inverse_kinematics::{HandGoal, Jacobian, Unreachable};
+pub use inverse_kinematics::{HandGoal, Jacobian, UnreachableError};
 pub use tree::Link;

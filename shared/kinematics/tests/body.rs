@@ -103,7 +103,7 @@ fn every_point_of_the_table_is_in_reach_from_above() {
 
 proptest! {
     #[test]
-    fn an_arm_finds_back_to_any_pose_that_it_can_take(
+    fn inverse_kinematics_finds_any_reachable_pose_of_an_arm(
         left in any::<bool>(), shares in prop::array::uniform7(0.0..=1.0), lean in -0.2..0.5,
     ) {
         let body = leo();
@@ -139,9 +139,9 @@ proptest! {
             before[joint] -= step;
             after[joint] += step;
             let (before, after) = (body.hand(side, &before), body.hand(side, &after));
-            let way = (after.isometry().translation.vector - before.isometry().translation.vector) / (2.0 * step);
+            let slope = (after.isometry().translation.vector - before.isometry().translation.vector) / (2.0 * step);
             let turn = (after.isometry().rotation * before.isometry().rotation.inverse()).scaled_axis() / (2.0 * step);
-            prop_assert!((jacobian.fixed_view::<3, 1>(0, column) - way).norm() < 1e-6);
+            prop_assert!((jacobian.fixed_view::<3, 1>(0, column) - slope).norm() < 1e-6);
             prop_assert!((jacobian.fixed_view::<3, 1>(3, column) - turn).norm() < 1e-6);
         }
     }
@@ -157,7 +157,7 @@ fn an_unreachable_point_reports_the_remaining_distance() {
 }
 
 #[test]
-fn the_same_question_gets_the_same_answer() {
+fn inverse_kinematics_is_deterministic() {
     let body = leo();
     let goal = HandGoal::Down(Position::new(0.3, -0.3, 0.3));
     let ask = || body.inverse_kinematics(Side::Right, &goal, &vec![0.0; 65]).map(|arm| arm.map(f64::to_bits));
@@ -179,7 +179,7 @@ fn refusal(text: &str, names: &[&str]) -> BodyError {
 }
 
 #[test]
-fn what_is_wrong_with_a_urdf_is_named() {
+fn an_invalid_urdf_is_refused_with_the_reason() {
     let all = names();
     let more = [&all[..], &["tail_joint"]].concat();
     let crossed = URDF.replacen("lower=\"-0.8\" upper=\"0.8\"", "lower=\"0.8\" upper=\"-0.8\"", 1);
@@ -215,12 +215,12 @@ fn what_is_wrong_with_a_urdf_is_named() {
         BodyError::ShortArm { link: text("left_grasp"), found: 6 },
     ];
     let all = [unlisted, missing, crossed, ring, handless];
-    let worded: Vec<String> = all.iter().chain(&more).map(ToString::to_string).collect();
-    insta::assert_snapshot!(worded.join("\n"));
+    let wording: Vec<String> = all.iter().chain(&more).map(ToString::to_string).collect();
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]
-fn links_one_upon_the_other_are_where_the_body_has_them() {
+fn chained_links_are_at_the_positions_of_the_body() {
     let body = leo();
     let positions = seed(body);
     let links: Vec<_> = body.links(&positions).collect();

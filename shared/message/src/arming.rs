@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_that_only_waits_for_being_armed_is_in_no_trouble() {
+    fn a_joint_that_waits_for_arming_is_not_in_trouble() {
         assert!(!joint(0, JointArming::Disarmed, JointCause::NotStarted).is_in_trouble());
         assert!(joint(0, JointArming::Locked, JointCause::Blocked).is_in_trouble());
         let silent = JointState::unread(0, JointMode::Quarantined, JointCause::Silent);

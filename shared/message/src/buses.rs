@@ -68,7 +68,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lying_count_shows_no_more_buses_than_there_is_room_for() {
+    fn a_false_bus_count_is_limited_to_the_capacity() {
         assert_eq!(Buses { count: u64::MAX, ..Buses::default() }.all().len(), MAX_BUSES);
         assert_eq!(Buses { count: 2, ..Buses::default() }.all().len(), 2);
     }

@@ -302,7 +302,7 @@ mod tests {
     };
 
     #[test]
-    fn what_was_written_is_read() {
+    fn a_written_message_is_read_back_unchanged() {
         let head = Header { sequence: 4, hops_ns: [1, 2, 3, 4, 5, 6, 7, 8], ..Header::at(9) };
         let events = [Event::new(EventKind::Said, "task 1", "äh"), Event::new(EventKind::Seen, "", "")];
         let mut bytes = Vec::new();
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_number_that_is_none_keeps_its_bits() {
+    fn a_nan_keeps_its_bits() {
         let nan = f32::from_bits(0xffc0_1234);
         let observation = Observation { position_m: [nan; 3], ..Observation::object(0, 1) };
         let mut bytes = Vec::new();
@@ -321,7 +321,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_writer_sets_is_zero() {
+    fn padding_of_a_frame_is_zero() {
         let perceived =
             Perceived { observation: Observation::object(0, u64::MAX), snapshot: Snapshot::default() };
         let mut bytes = vec![7];
@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn half_an_entry_is_no_frame() {
+    fn a_frame_with_a_partial_entry_is_rejected() {
         let mut bytes = Vec::new();
         put_frame::<Percepts>(&PerceptHead::default(), &[], &mut bytes);
         assert!(get_frame::<Percepts>(&bytes).is_some());

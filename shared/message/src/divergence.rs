@@ -121,7 +121,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_written_is_read() {
+    fn a_written_message_is_read_back_unchanged() {
         let place = Feature::Vector([0.5, -0.25, 0.0]);
         let mut difference = Difference::new(Some(3), Some(8));
         assert!(difference.push(Aspect::new(0, Some(place), None, None)));
@@ -145,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn there_is_room_for_every_percept_and_no_more() {
+    fn a_difference_holds_one_aspect_per_percept() {
         let mut difference = Difference::new(Some(1), None);
         let aspect = Aspect::new(0, Some(Feature::Number(1.0)), None, None);
         assert!((0..MAX_PERCEPTS).all(|_| difference.push(aspect)));
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn lies_read_as_nothing() {
+    fn false_counts_and_nan_of_a_difference_are_limited_or_absent() {
         let mut lie = Difference::new(Some(1), Some(2));
         lie.count = u32::MAX;
         assert_eq!(lie.aspects().len(), MAX_PERCEPTS);

@@ -36,17 +36,17 @@ impl fmt::Display for Process {
 /// The name of an unknown process.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no process `{0}`")]
-pub struct UnknownProcess(pub String);
+pub struct UnknownProcessError(pub String);
 
 impl FromStr for Process {
-    type Err = UnknownProcess;
+    type Err = UnknownProcessError;
 
-    fn from_str(name: &str) -> Result<Self, UnknownProcess> {
+    fn from_str(name: &str) -> Result<Self, UnknownProcessError> {
         Self::ALL
             .iter()
             .copied()
             .find(|process| process.name() == name)
-            .ok_or_else(|| UnknownProcess(name.to_owned()))
+            .ok_or_else(|| UnknownProcessError(name.to_owned()))
     }
 }
 
@@ -136,6 +136,6 @@ mod tests {
         for process in Process::ALL {
             assert_eq!(process.name().parse(), Ok(*process));
         }
-        assert_eq!("sensors".parse::<Process>(), Err(UnknownProcess("sensors".to_owned())));
+        assert_eq!("sensors".parse::<Process>(), Err(UnknownProcessError("sensors".to_owned())));
     }
 }

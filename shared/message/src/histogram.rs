@@ -182,12 +182,12 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_of_nothing_are_zero() {
+    fn quantiles_of_an_empty_histogram_are_zero() {
         assert_eq!(Histogram::default().quantile_ns(0.99), 0);
     }
 
     #[test]
-    fn a_window_holds_what_came_after_it_began() {
+    fn a_histogram_window_contains_the_values_since_its_start() {
         let mut all = Histogram::default();
         all.record(1_000_000);
         let earlier = all;

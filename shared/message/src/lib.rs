@@ -46,7 +46,7 @@ pub use bytes::{Bytes, Field, Kind, Layout, Number, get_frame, put_frame};
 pub use divergence::{Aspect, Difference, DivergenceHead};
 pub use event::{Event, EventKind};
 pub use header::{Head, Header, Hop};
-pub use health::{Health, Process, ProcessState, UnknownProcess};
+pub use health::{Health, Process, ProcessState, UnknownProcessError};
 pub use histogram::Histogram;
 pub use joint::{
     JointArming, JointCause, JointGoal, JointLink, JointMachines, JointMode, JointMotion, JointPower,

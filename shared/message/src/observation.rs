@@ -236,7 +236,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_observation_with_a_number_that_is_none_is_not_sound() {
+    fn an_observation_with_a_nan_is_not_sound() {
         let sound = Observation::object(1, 5);
         assert!(sound.is_sound());
         assert!(!Observation { position_m: [f32::NAN, 0.0, 0.0], ..sound }.is_sound());
@@ -272,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn a_state_that_the_thing_lacks_is_none_and_not_zero() {
+    fn an_absent_state_is_none_and_not_zero() {
         let mut peg = Observation::object(1, 5);
         assert_eq!(peg.state(State::Filled), None);
         peg.set_state(State::Inserted, 0.0);

@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_path_of_nonsense_has_no_agents() {
+    fn an_invalid_path_has_no_agents() {
         let path = |depth, agents| Path { depth, agents };
         assert_eq!(path(2, [1, 0, 7, 7, 7, 7]).agents(), Some(&[1, 0][..]));
         assert_eq!(path(0, [7; 6]).agents(), Some(&[][..]));
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn the_deepest_path_has_none_within_it() {
+    fn a_path_of_maximum_depth_has_no_nested_one() {
         let mut path = Path::ROBOT;
         for (depth, agent) in [1, 0, 2, 1, 2, 0].into_iter().enumerate() {
             path = path.within(agent).unwrap();
@@ -97,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn more_perspectives_than_can_be_counted_are_counted_as_the_most() {
+    fn the_count_of_perspectives_saturates() {
         assert_eq!(perspectives(u32::MAX, 6), u32::MAX);
         assert_eq!(perspectives(4, 4), 341);
     }

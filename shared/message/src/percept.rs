@@ -263,7 +263,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_feature_comes_back_as_it_went() {
+    fn a_feature_is_decoded_as_it_was_encoded() {
         for feature in [
             Feature::None,
             Feature::Symbol(7),
@@ -276,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn numbers_that_are_no_feature_read_as_none() {
+    fn an_invalid_feature_reads_as_none() {
         let lie = PerceptValue { feature_kind: 99, ..PerceptValue::default() };
         assert_eq!(lie.feature(), None);
         let nan = PerceptValue::new(1, 1.0, 1.0, Feature::Number(f32::NAN));
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_snapshot_out_of_order_or_with_nonsense_is_not_sound() {
+    fn a_snapshot_out_of_order_or_with_invalid_values_is_not_sound() {
         let snapshot = |values: &[(u16, f32)]| {
             let mut snapshot = Snapshot::default();
             for (percept, matching) in values {

@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lying_count_shows_no_more_perspectives_than_there_is_room_for() {
+    fn a_false_perspective_count_is_limited_to_the_capacity() {
         let count = |count| Perspectives { count, ..Perspectives::default() }.all().len();
         assert_eq!((count(u64::MAX), count(2)), (MAX_PERSPECTIVES, 2));
     }

@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_lying_count_shows_no_more_sources_than_there_is_room_for() {
+    fn a_false_source_count_is_limited_to_the_capacity() {
         assert_eq!(Sources { count: u64::MAX, ..Sources::default() }.all().len(), MAX_SOURCES);
         assert_eq!(Sources { count: 2, ..Sources::default() }.all().len(), 2);
     }

@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lying_length_reads_as_nothing() {
+    fn a_text_with_a_false_length_is_empty() {
         let lie = Text { length: u32::MAX, ..Text::new("words") };
         assert_eq!(lie.as_str(), "");
     }

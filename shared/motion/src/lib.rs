@@ -17,6 +17,6 @@ mod skill;
 
 pub use face::Face;
 pub use mirror::{Handled, Mirror, PartnerMovement};
-pub use parts::MissingJoint;
+pub use parts::MissingJointError;
 pub use performer::Performer;
 pub use skill::{FailureReason, Phase, Progress, Skill, SkillError, Turn};

@@ -66,7 +66,7 @@ pub struct PartnerMovement {
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
-    ways: BTreeMap<u64, ObjectPath>,
+    paths: BTreeMap<u64, ObjectPath>,
 }
 
 /// Path of one object in one hand.
@@ -88,17 +88,18 @@ impl Mirror {
     pub fn step(&mut self, things: impl IntoIterator<Item = Handled>) -> Option<PartnerMovement> {
         let mut reported = None;
         for Handled { id, centre, held_by } in things {
-            let way = self.ways.entry(id).or_insert_with(|| ObjectPath::begun(held_by, centre));
-            if way.actor != held_by {
+            let path = self.paths.entry(id).or_insert_with(|| ObjectPath::begun(held_by, centre));
+            if path.actor != held_by {
                 // An object at rest was taken where it was last seen. Taking an object from another hand starts a new
                 // movement.
-                let from = if way.actor == NOBODY { way.from } else { centre };
-                *way = ObjectPath::begun(held_by, from);
+                let from = if path.actor == NOBODY { path.from } else { centre };
+                *path = ObjectPath::begun(held_by, from);
             }
             if held_by == NOBODY || held_by == 0 {
-                way.from = centre;
-            } else if reported.is_none() && way.comes_down_at(centre) {
-                reported = Some(PartnerMovement { actor: held_by, thing: id, from: way.from, above: centre });
+                path.from = centre;
+            } else if reported.is_none() && path.comes_down_at(centre) {
+                reported =
+                    Some(PartnerMovement { actor: held_by, thing: id, from: path.from, above: centre });
             }
         }
         reported
@@ -149,8 +150,8 @@ impl ObjectPath {
 
 /// Displacement between two positions: sideways and upwards, in metres.
 fn displacement_m(from: &Position<Base>, to: &Position<Base>) -> [f64; 2] {
-    let way = to.point() - from.point();
-    [way.x.hypot(way.y), way.z]
+    let path = to.point() - from.point();
+    [path.x.hypot(path.y), path.z]
 }
 
 #[cfg(test)]
@@ -168,23 +169,25 @@ mod tests {
 
     /// A path through these points in steps of `step_m` metres.
     fn through(points: &[[f64; 3]], step_m: f64) -> Vec<[f64; 3]> {
-        let mut way = Vec::new();
+        let mut path = Vec::new();
         for ends in points.windows(2) {
             let (from, to) = (at(ends[0]), at(ends[1]));
             let steps = (from.distance(&to) / step_m).ceil().max(1.0);
             let mut step = 0.0;
             while step < steps {
-                way.push((from.point() + (to.point() - from.point()) * (step / steps)).into());
+                path.push((from.point() + (to.point() - from.point()) * (step / steps)).into());
                 step += 1.0;
             }
         }
-        way.extend(points.last());
-        way
+        path.extend(points.last());
+        path
     }
 
-    fn seen(way: &[[f64; 3]], held_by: u16) -> Vec<PartnerMovement> {
+    fn seen(path: &[[f64; 3]], held_by: u16) -> Vec<PartnerMovement> {
         let mut mirror = Mirror::default();
-        way.iter().filter_map(|place| mirror.step([Handled { id: 7, centre: at(*place), held_by }])).collect()
+        path.iter()
+            .filter_map(|place| mirror.step([Handled { id: 7, centre: at(*place), held_by }]))
+            .collect()
     }
 
     fn carried(step_m: f64) -> Vec<[f64; 3]> {
@@ -204,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leo_itself_does_is_not_reported() {
+    fn movements_of_leo_itself_are_not_reported() {
         let pushed = through(&[TAKEN, [0.6, -0.2, 0.025], [0.6, -0.2, 0.01]], 0.004);
         assert_eq!(seen(&pushed, 1), []);
         let put_back = through(&[TAKEN, [0.5, 0.1, 0.16], TAKEN], 0.004);
@@ -227,35 +230,35 @@ mod tests {
     #[test]
     fn a_hand_over_is_a_movement_of_the_receiver() {
         let mut mirror = Mirror::default();
-        let way = carried(0.004);
-        let half = way.len() / 2;
+        let path = carried(0.004);
+        let half = path.len() / 2;
         let step = |(count, place): (usize, [f64; 3])| {
             let held_by = if count < half { 1 } else { 2 };
             mirror.step([Handled { id: 7, centre: at(place), held_by }])
         };
         // The second actor never lifted it, so their goal is unknown.
-        assert_eq!(way.into_iter().enumerate().filter_map(step).collect::<Vec<_>>(), []);
+        assert_eq!(path.into_iter().enumerate().filter_map(step).collect::<Vec<_>>(), []);
     }
 
     #[test]
-    fn places_that_are_no_numbers_tell_nothing() {
+    fn objects_with_invalid_positions_are_not_reported_as_moved() {
         let nowhere = [TAKEN, [f64::NAN, 0.0, 0.2], [0.6, f64::INFINITY, 0.2], [f64::NAN; 3]];
         assert_eq!(seen(&nowhere, 1), []);
     }
 
     proptest! {
         #[test]
-        fn neither_noise_nor_where_one_sits_makes_a_difference(
+        fn position_noise_and_the_seat_do_not_change_the_reported_movement(
             turn in 0.0..std::f64::consts::TAU,
             noise in prop::collection::vec(prop::array::uniform3(-0.003..0.003), 256),
         ) {
             let (sin, cos) = turn.sin_cos();
-            let way: Vec<[f64; 3]> = carried(0.008)
+            let path: Vec<[f64; 3]> = carried(0.008)
                 .iter()
                 .zip(noise.iter().cycle())
                 .map(|([x, y, z], [dx, dy, dz])| [x * cos - y * sin + dx, x * sin + y * cos + dy, z + dz])
                 .collect();
-            let movements = seen(&way, 1);
+            let movements = seen(&path, 1);
             prop_assert_eq!(movements.len(), 1);
             let [x, y, _] = OVER;
             let over = Position::new(x * cos - y * sin, x * sin + y * cos, movements[0].above.point().z);

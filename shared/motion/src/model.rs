@@ -2,7 +2,7 @@ use geometry::Position;
 use invariant::require;
 use kinematics::{ARM_JOINTS, Body, HandGoal, Side};
 
-use crate::parts::{MissingJoint, Parts, set};
+use crate::parts::{MissingJointError, Parts, set};
 
 /// Position of a hand that waits in front of the chest, in metres, before the torso turns; y points outwards.
 const READY_M: [f64; 3] = [0.30, 0.20, 0.26];
@@ -33,7 +33,7 @@ pub(crate) struct Stance {
 }
 
 impl Model {
-    pub(crate) fn new(body: &Body, rest_rad: &[f64]) -> Result<Self, MissingJoint> {
+    pub(crate) fn new(body: &Body, rest_rad: &[f64]) -> Result<Self, MissingJointError> {
         let parts = Parts::new(body)?;
         let rest = |joint: usize| rest_rad.get(joint).copied().unwrap_or(0.0);
         let limited = body.joints().iter().enumerate().map(|(index, joint)| joint.limited(rest(index)));

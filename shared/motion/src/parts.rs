@@ -6,7 +6,7 @@ use crate::face::{FACE_PARTS, Face};
 /// A joint that the performer needs is missing in the body.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the body has no joint `{joint}`; performing needs it")]
-pub struct MissingJoint {
+pub struct MissingJointError {
     /// Name of the joint.
     pub joint: String,
 }
@@ -51,10 +51,10 @@ const FINGER_TOLERANCE_RAD: f64 = 0.25;
 const OTHER_TOLERANCE_RAD: f64 = 0.05;
 
 impl Parts {
-    pub(crate) fn new(body: &Body) -> Result<Self, MissingJoint> {
+    pub(crate) fn new(body: &Body) -> Result<Self, MissingJointError> {
         let find = |name: &str| {
             let joint = format!("{name}_joint");
-            body.joint(&joint).ok_or(MissingJoint { joint })
+            body.joint(&joint).ok_or(MissingJointError { joint })
         };
         let of = |side: Side, part: &str| find(&format!("{}_{part}", side.name()));
         let eye = |side| Ok(EyeJoints { yaw: of(side, "eye_yaw")?, pitch: of(side, "eye_pitch")? });

@@ -5,7 +5,7 @@ use kinematics::Body;
 use message::JointGoal;
 
 use crate::model::Model;
-use crate::parts::MissingJoint;
+use crate::parts::MissingJointError;
 use crate::plan::{Leg, Plan, WaitFor};
 use crate::plan_builder::PlanBuilder;
 use crate::{FailureReason, Progress, Skill, SkillError};
@@ -47,7 +47,7 @@ impl Performer {
     /// # Errors
     ///
     /// The body lacks a joint of a hand, an eye, the neck, the torso or the face.
-    pub fn new(body: &Body, rest_rad: &[f64], ahead: Duration) -> Result<Self, MissingJoint> {
+    pub fn new(body: &Body, rest_rad: &[f64], ahead: Duration) -> Result<Self, MissingJointError> {
         let count = body.joints().len();
         Ok(Self {
             model: Model::new(body, rest_rad)?,

@@ -109,9 +109,9 @@ impl Plan {
         let time_of = |waypoint: usize| if waypoint == leg.first { 0.0 } else { self.reached_s(waypoint) };
         let next = (leg.first + 1..leg.last).find(|waypoint| time_of(*waypoint) > time).unwrap_or(leg.last);
         let (begin, end) = (time_of(next - 1), time_of(next));
-        let way = if end > begin { ((time - begin) / (end - begin)).clamp(0.0, 1.0) } else { 1.0 };
+        let fraction = if end > begin { ((time - begin) / (end - begin)).clamp(0.0, 1.0) } else { 1.0 };
         for ((out, from), to) in out.iter_mut().zip(self.row(next - 1)).zip(self.row(next)) {
-            *out = from + way * (to - from);
+            *out = from + fraction * (to - from);
         }
     }
 

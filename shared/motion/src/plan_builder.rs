@@ -1,6 +1,6 @@
 use geometry::{Base, Pose, Position};
 use invariant::require;
-use kinematics::{ARM_JOINTS, HandGoal, Side, Unreachable};
+use kinematics::{ARM_JOINTS, HandGoal, Side, UnreachableError};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::gaze::look;
@@ -92,10 +92,10 @@ impl PlanBuilder<'_> {
     /// Lifts a hand straight up to a height without rotating it, as far as the arm reaches.
     pub(crate) fn raise(&mut self, side: Side, height_m: f64) -> Result<(), SkillError> {
         let x_base_hand = self.model.body.hand(side, self.at);
-        let way = height_m - x_base_hand.origin().point().z;
-        let raised = self.points(side, Phase::Raise, steps_of(way, STEP_M), |share| {
+        let distance_m = height_m - x_base_hand.origin().point().z;
+        let raised = self.points(side, Phase::Raise, steps_of(distance_m, STEP_M), |share| {
             let mut isometry = *x_base_hand.isometry();
-            isometry.translation.z += way * share;
+            isometry.translation.z += distance_m * share;
             HandGoal::Pose(Pose::from_isometry(isometry))
         });
         match raised {
@@ -126,7 +126,7 @@ impl PlanBuilder<'_> {
         Ok(())
     }
 
-    fn near(&self, side: Side, arm_rad: [f64; ARM_JOINTS]) -> Result<[f64; ARM_JOINTS], Unreachable> {
+    fn near(&self, side: Side, arm_rad: [f64; ARM_JOINTS]) -> Result<[f64; ARM_JOINTS], UnreachableError> {
         let leap =
             self.model.body.arm_joints(side).into_iter().zip(arm_rad).fold(0.0_f64, |leap, (joint, to)| {
                 let from = require!(self.at.get(joint), "joint {joint} exists").copied().unwrap_or(0.0);
@@ -135,12 +135,12 @@ impl PlanBuilder<'_> {
         if leap <= MAX_JUMP_RAD {
             Ok(arm_rad)
         } else {
-            Err(Unreachable { side, distance_m: 0.0, angle_rad: leap })
+            Err(UnreachableError { side, distance_m: 0.0, angle_rad: leap })
         }
     }
 }
 
 /// Number of steps of at most `longest` along a path; at least one.
-fn steps_of(way: f64, longest: f64) -> u32 {
-    u32::try_from(quantity::number::round_i32((way / longest).ceil())).unwrap_or(0).max(1)
+fn steps_of(distance_m: f64, longest: f64) -> u32 {
+    u32::try_from(quantity::number::round_i32((distance_m / longest).ceil())).unwrap_or(0).max(1)
 }

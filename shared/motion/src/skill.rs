@@ -1,7 +1,7 @@
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use geometry::{Base, Position};
-use kinematics::{Side, Unreachable};
+use kinematics::{Side, UnreachableError};
 
 use crate::Face;
 
@@ -149,7 +149,7 @@ pub enum SkillError {
         /// Phase in which the first attempt failed.
         phase: Phase,
         /// Why it failed.
-        why: Unreachable,
+        why: UnreachableError,
     },
     /// The hand does not reach the ready pose in front of the chest, where every path begins.
     #[error("the {} hand cannot be held before the chest: check the limits of that arm's joints", side.name())]
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_turns_that_do_as_well_the_shortest_comes_first() {
+    fn equivalent_rotations_are_ordered_by_their_angle() {
         let degrees = |by: f64, period: f64| {
             let turn = Turn { by_rad: by.to_radians(), period_rad: period.to_radians() };
             turn.equivalents().map(|turn_rad| turn_rad.to_degrees().round()).collect::<Vec<_>>()

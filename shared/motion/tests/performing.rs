@@ -234,7 +234,7 @@ fn check_insertions(follow: Follow) -> (u32, Duration) {
 }
 
 #[test]
-fn pegs_come_into_holes_without_sweeping_the_table() {
+fn pegs_are_inserted_without_sweeping_over_other_objects() {
     let (seen, longest) = check_insertions(Follow::Exactly);
     assert_eq!(seen, 36);
     println!("the longest takes {longest:?}");
@@ -248,7 +248,7 @@ fn joints_that_accelerate_and_brake_stay_on_the_path() {
 }
 
 #[test]
-fn a_thing_is_placed_where_it_was_asked_for() {
+fn an_object_is_placed_at_the_requested_position() {
     let (thing, to) = (Position::new(0.32, 0.2, 0.03), Position::new(0.42, 0.0, 0.09));
     let mut stand = Stand::new(thing);
     assert_eq!(
@@ -265,7 +265,7 @@ fn turned_rad(stand: &Stand, side: Side) -> f64 {
 }
 
 #[test]
-fn a_thing_is_turned_on_its_way_as_it_was_asked_for() {
+fn an_object_is_turned_as_requested_while_carried() {
     let half_turn = std::f64::consts::PI;
     for (from_y, to_y) in [(0.25, 0.0), (-0.2, 0.2), (0.05, 0.25), (-0.28, -0.1), (0.1, -0.26)] {
         for degrees in [0.0, 90.0, -90.0, 35.0, 135.0] {
@@ -307,7 +307,7 @@ fn both_eyes_look_at_a_point() {
 }
 
 #[test]
-fn faces_differ_and_end() {
+fn facial_expressions_differ_and_end() {
     let mut stand = Stand::new(Position::new(0.0, 0.0, 0.0));
     let mut faces = Vec::new();
     for face in [Face::Attentive, Face::Puzzled, Face::Pleased, Face::Neutral] {
@@ -324,7 +324,7 @@ fn faces_differ_and_end() {
 }
 
 #[test]
-fn a_skill_given_up_half_way_is_left_upwards() {
+fn an_aborted_skill_retreats_upwards() {
     let peg = Position::new(0.4, 0.1, HALF_HEIGHT_M);
     let mut stand = Stand::new(peg);
     stand
@@ -349,7 +349,7 @@ fn a_skill_given_up_half_way_is_left_upwards() {
 }
 
 #[test]
-fn what_is_out_of_reach_is_refused_and_nothing_begins() {
+fn an_unreachable_goal_is_refused_before_any_motion() {
     let mut stand = Stand::new(Position::new(0.0, 0.0, 0.0));
     let peg = Position::new(0.4, 0.1, HALF_HEIGHT_M);
     let far = stand.performer.begin(stand.now, &insert(peg, Position::new(1.5, 0.0, 0.05)), &stand.present);
@@ -394,7 +394,7 @@ fn a_lagging_joint_fails_the_phase_but_a_silent_neck_does_not() {
 }
 
 #[test]
-fn goals_keep_to_the_limits_of_position_and_speed() {
+fn joint_goals_respect_position_and_speed_limits() {
     let peg = Position::new(0.45, -0.2, HALF_HEIGHT_M);
     let mut stand = Stand::new(peg);
     let mut before = LEO.rest_rad.clone();

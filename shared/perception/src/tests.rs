@@ -113,7 +113,7 @@ fn the_source_is_one_symbol_in_every_perspective() {
 }
 
 #[test]
-fn an_own_percept_that_lies_matches_nothing() {
+fn a_plugin_percept_with_invalid_values_matches_no_object() {
     let sure = Evaluation::certain(Feature::None);
     for lie in [
         Evaluation { matching: f32::NAN, ..sure },
@@ -127,7 +127,7 @@ fn an_own_percept_that_lies_matches_nothing() {
 }
 
 #[test]
-fn an_own_percept_that_the_program_lacks_is_named() {
+fn a_plugin_percept_that_the_program_lacks_is_named() {
     let refused = Perception::new(&percepts(&percept("p", "kernel = { plugin = \"mine\" }"))).err().unwrap();
     assert!(refused.to_string().contains("`mine`"), "{refused}");
 }
@@ -205,7 +205,7 @@ fn single(value: f64) -> f32 {
 
 proptest! {
     #[test]
-    fn whatever_passes_is_above_the_threshold_and_in_order(
+    fn every_perceived_value_is_above_the_threshold_and_in_order(
         confidence in 0.0..=1.0_f32,
         colour in prop::array::uniform3(0.0..=1.0_f32),
         shape in prop::array::uniform4(0.0..=1.0_f32),
@@ -334,7 +334,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(4000))]
 
     #[test]
-    fn what_is_perceived_again_is_what_is_perceived(
+    fn reperceiving_in_another_frame_equals_perceiving_anew(
         tree in tree(), mine in thing(), his_m in prop::array::uniform3(-2.0..2.0_f32), agent in 0..3_u16,
     ) {
         let perception = perceiving(&tree);
@@ -349,7 +349,7 @@ proptest! {
     }
 
     #[test]
-    fn nonsense_that_is_perceived_again_comes_out_a_snapshot_in_order(
+    fn reperceiving_an_invalid_snapshot_gives_an_ordered_snapshot(
         tree in tree(), his in thing(), known in nonsense(),
     ) {
         let perception = perceiving(&tree);
@@ -370,7 +370,7 @@ proptest! {
 }
 
 #[test]
-fn what_does_not_see_the_frame_is_taken_over_and_not_evaluated() {
+fn percepts_independent_of_the_frame_are_copied_without_evaluation() {
     let perception = Perception::new(&percepts(&percept("extents", "kernel = \"extents\""))).unwrap();
     let mut known = Snapshot::default();
     let alleged = PerceptValue::new(0, 1.0, 0.75, Feature::Vector([9.0; 3]));
@@ -428,7 +428,7 @@ fn ranges_apply_to_whole_sides_and_to_state_degrees() {
 }
 
 #[test]
-fn children_of_regions_and_ranges_are_asked_only_of_what_is_inside() {
+fn children_of_regions_and_ranges_are_evaluated_only_inside() {
     for kernel in [
         "{ range = { component = \"distance_m\", to = 0.5 } }",
         "{ region = { min_m = [-0.5, -0.5, -0.5], max_m = [0.5, 0.5, 0.5] } }",
@@ -445,7 +445,7 @@ fn children_of_regions_and_ranges_are_asked_only_of_what_is_inside() {
 }
 
 #[test]
-fn a_child_of_ones_own_reads_what_its_parent_extracted() {
+fn a_plugin_child_reads_the_value_extracted_by_its_parent() {
     let text = percept("extents", "kernel = \"extents\"") + &percept("size", NEAREST_EDGE);
     let text = text + &percept("told", "parent = \"size\"\nkernel = { plugin = \"told\" }");
     let thing = Observation { half_extents_m: [0.016; 3], confidence: 0.9, ..cube() };
@@ -489,7 +489,7 @@ const NEAREST_RED: &str = "parent = \"extents\"\nkernel = { nearest = { space = 
     [{ name = \"a\", at = [1.0, 0.0, 0.0] }] } }";
 
 #[test]
-fn where_ones_own_extracted_no_vector_its_children_read_the_observation() {
+fn children_of_a_plugin_without_a_vector_read_the_observation() {
     let text = percept("number", "kernel = { plugin = \"near\" }")
         + &percept(
             "left",

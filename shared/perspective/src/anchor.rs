@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_nod_keeps_the_frame_and_a_walk_takes_it_anew() {
+    fn a_nod_keeps_the_frame_and_a_walk_updates_it() {
         let mut anchor = Anchor::new(0.3, 0.7);
         let (first, _) = anchor.follow(&eye([1.5, 0.0, 0.55], [0.75, 0.0, 0.0]));
         let (nodding, anew) = anchor.follow(&eye([1.4, 0.0, 0.5], [1.39, 0.0, 0.0]));

@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn more_or_deeper_ones_than_there_can_be_are_refused() {
+    fn too_many_or_too_deep_nested_perspectives_are_refused() {
         assert!(matches!(
             NestedPerspective::all(4, 4),
             Err(PerspectiveError::TooMany { perspectives: 341, .. })

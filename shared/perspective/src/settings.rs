@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cone_wider_than_all_round_is_refused_with_its_line() {
+    fn a_cone_wider_than_360_degrees_is_refused_with_its_line() {
         let text = BUILTIN.replace("cone_half_angle_deg = 60.0", "cone_half_angle_deg = 200.0");
         let said = parse::<Perspective>(&text, Path::new("p.toml")).unwrap_err().to_string();
         assert!(said.starts_with("p.toml:") && said.contains("200") && said.contains("180"), "{said}");
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn an_eye_that_is_nowhere_is_refused_with_its_line() {
+    fn an_eye_at_an_invalid_position_is_refused_with_its_line() {
         let text = BUILTIN.replace("eye_m = [0.06,", "eye_m = [nan,");
         let said = parse::<Perspective>(&text, Path::new("p.toml")).unwrap_err().to_string();
         assert!(said.starts_with("p.toml:") && said.contains("from -100 to 100 m"), "{said}");

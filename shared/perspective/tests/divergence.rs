@@ -26,7 +26,7 @@ fn beliefs(side: u64, round: u64) -> Vec<Belief> {
 }
 
 #[test]
-fn comparing_allocates_nothing() {
+fn comparing_perspectives_allocates_no_memory() {
     let mut divergence = Divergence::new(&Percepts::builtin(), CAPACITY);
     let (mut max, mut agreed) = (0, 0);
     for round in 10..400 {

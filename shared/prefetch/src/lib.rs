@@ -68,7 +68,7 @@ mod tests {
     use super::{prefetch, prefetch_all, prefetch_whole};
 
     #[test]
-    fn nothing_changes() {
+    fn prefetching_changes_no_value() {
         let values: Vec<u64> = (0..100_000).collect();
         let sum: u64 = (values.iter().zip(values.iter().skip(64)))
             .map(|(value, ahead)| {

@@ -11,7 +11,7 @@ use std::time::Duration;
 use folder::Folder;
 use transport::Domain;
 
-use crate::Failure;
+use crate::ProcessError;
 use crate::watch_thread::WatchThread;
 
 /// Polling interval for the order file.
@@ -80,12 +80,12 @@ impl Arming {
     /// # Errors
     ///
     /// The thread cannot be started.
-    pub fn watch(domain: &Path) -> Result<Self, Failure> {
+    pub fn watch(domain: &Path) -> Result<Self, ProcessError> {
         let _stale = Folder::open(domain).map(|folder| folder.remove(Domain::ARM_ORDER));
         let ordered = Arc::new(AtomicU64::new(NO_ORDER));
         let (domain, newest) = (domain.to_owned(), Arc::clone(&ordered));
         let thread = WatchThread::start("arming", move |stop| watch_loop(&domain, &newest, stop))
-            .map_err(|error| Failure::own(format!("cannot watch for orders to arm: {error}")))?;
+            .map_err(|error| ProcessError::own(format!("cannot watch for orders to arm: {error}")))?;
         Ok(Self { ordered, _thread: thread })
     }
 
@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_order_is_taken_once_and_what_is_none_is_taken_away() {
+    fn an_order_is_taken_once_and_an_invalid_one_is_removed() {
         let domain = tempfile::tempdir().unwrap();
         let domain = domain.path();
         assert_eq!(take(domain).unwrap(), None);

@@ -14,7 +14,7 @@ use folder::Folder;
 use transport::Domain;
 
 use crate::watch_thread::WatchThread;
-use crate::{Failure, MotorProcess};
+use crate::{MotorProcess, ProcessError};
 
 /// The file's name.
 const NAME: &str = Domain::EMERGENCY_STOP;
@@ -154,8 +154,8 @@ impl Emergency {
     /// # Errors
     ///
     /// The signal handler cannot be installed, or the thread cannot be started.
-    pub fn watch(domain: &Path) -> Result<Self, Failure> {
-        let failed = |error| Failure::own(format!("cannot watch for the emergency stop: {error}"));
+    pub fn watch(domain: &Path) -> Result<Self, ProcessError> {
+        let failed = |error| ProcessError::own(format!("cannot watch for the emergency stop: {error}"));
         let signalled = Arc::new(AtomicBool::new(false));
         signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&signalled)).map_err(failed)?;
         // If the file's state cannot be determined, start stopped.
@@ -465,7 +465,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_that_outlived_its_robot_is_released_with_its_folder() {
+    fn a_stop_without_a_running_robot_is_released_with_its_folder() {
         let parent = tempfile::tempdir().unwrap();
         let domain = parent.path().join("leo-robot");
         fs::create_dir(&domain).unwrap();

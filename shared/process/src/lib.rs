@@ -14,14 +14,14 @@
 //! ```
 
 pub mod arming;
-mod aside;
 pub mod black_box;
 pub mod emergency;
-mod failure;
 mod launch;
-mod member;
+mod loop_timing;
 mod motor_processes;
-mod pace;
+mod non_blocking_writer;
+mod process_error;
+mod process_node;
 pub mod state;
 mod stop;
 mod stop_socket;
@@ -29,12 +29,12 @@ mod torque_off_report;
 mod umask;
 mod watch_thread;
 
-pub use aside::NonBlockingWriter;
 pub use emergency::{Emergency, EmergencyFlag};
-pub use failure::Failure;
 pub use launch::Launch;
-pub use member::{ProcessNode, Progress, queues};
 pub use motor_processes::MotorProcess;
+pub use non_blocking_writer::NonBlockingWriter;
+pub use process_error::ProcessError;
+pub use process_node::{ProcessNode, Progress, queues};
 pub use stop::stop_flag;
 pub use stop_socket::{StopAnswer, StopSocket, StoppedRobot};
 pub use torque_off_report::{TORQUE_OFF_MESSAGE, report_torque_off};

@@ -38,7 +38,8 @@ pub fn prepare(state: &Path) -> Result<(), StateError> {
     probe(&folder).map_err(|error| in_folder(&folder, error))?;
     for file in [learned(state), page_token(state)] {
         let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        let written = folder.has(name).and_then(|is_there| is_there.then(|| folder.write(name)).transpose());
+        let written =
+            folder.has(name).and_then(|is_there| is_there.then(|| folder.open_for_writing(name)).transpose());
         written.map_err(|error| failed(format!("{}: {error}", file.display())))?;
     }
     for below in [lessons(state), recordings(state)] {
@@ -100,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let error = StateError { state: "/home/a/leo".into(), reason: "it is no folder".to_owned() };
         insta::assert_snapshot!(error);
     }

@@ -25,7 +25,7 @@ use rustix::net::{
     socket_with,
 };
 
-use crate::Failure;
+use crate::ProcessError;
 
 /// Prefix of the names of all stop sockets, before the robot's folder.
 const PREFIX: &str = "leo-emergency-stop:";
@@ -170,9 +170,9 @@ impl StopSocket {
         domain: &Path,
         stop: impl Fn(u32) + Send + 'static,
         answer: impl Fn(u32) -> StopAnswer + Send + Sync + 'static,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, ProcessError> {
         let failed =
-            |error: io::Error| Failure::own(format!("{}: no stop socket: {error}", domain.display()));
+            |error: io::Error| ProcessError::own(format!("{}: no stop socket: {error}", domain.display()));
         let address = SocketAddr::from_abstract_name(name(domain));
         let bound = address.and_then(|address| UnixListener::bind_addr(&address));
         let listener = Arc::new(bound.map_err(failed)?);
@@ -238,7 +238,7 @@ fn accept(
 fn say(mut stream: UnixStream, answer: &StopAnswer) {
     let text = format!("{}\n{}", answer.status, answer.text);
     // A client need not wait for the answer, so ignore write errors.
-    let _told =
+    let _sent =
         stream.set_write_timeout(Some(WRITE_TIMEOUT)).and_then(|()| stream.write_all(text.as_bytes()));
 }
 

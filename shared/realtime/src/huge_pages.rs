@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_is_the_same_in_huge_pages() {
+    fn moving_memory_to_huge_pages_keeps_its_content() {
         const BYTES: usize = 32 << 20;
         let bytes: Vec<u8> = (0..BYTES).map(|index| u8::try_from(index % 251).unwrap()).collect();
         let after = use_huge_pages();
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn memory_behind_what_was_never_used_is_moved_as_well() {
+    fn memory_behind_untouched_pages_is_moved_to_huge_pages() {
         // Larger than the memory of the other tests in this process, whose huge pages would count.
         const BYTES: usize = 128 << 20;
         const HOLE: usize = 32 << 20;

@@ -134,12 +134,12 @@ mod tests {
     }
 
     #[test]
-    fn asking_for_nothing_is_granted() {
+    fn an_empty_request_for_rights_is_granted() {
         assert!(apply(&rights(0, &[], false)).is_complete());
     }
 
     #[test]
-    fn what_is_granted_holds() {
+    fn granted_rights_are_in_effect() {
         let held = thread::spawn(|| {
             let report = apply(&rights(3, &[0], false));
             let affinity = rustix::thread::sched_getaffinity(None).unwrap();

@@ -17,7 +17,7 @@ pub fn is_wall_clock_synchronised() -> Option<bool> {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn the_kernel_knows_whether_the_clock_is_kept() {
+    fn the_kernel_reports_whether_the_clock_is_synchronised() {
         assert!(super::is_wall_clock_synchronised().is_some());
     }
 }

@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn no_byte_changes_unseen() {
+    fn every_changed_byte_of_a_frame_is_detected() {
         let right = believed(0.5, &[1, 2]);
         for place in 0..right.bytes.len() {
             let mut wrong = right.clone();

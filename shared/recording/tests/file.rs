@@ -116,7 +116,7 @@ fn a_file_that_is_no_recording_is_refused() {
         assert!(matches!(&error, ReadError::Foreign { name, .. } if name == "x.mcap"), "{error:?}");
         error.to_string()
     };
-    let mut worded = vec![foreign(b""), foreign(b"[leo]\nrate = 5\nand more of this")];
+    let mut wording = vec![foreign(b""), foreign(b"[leo]\nrate = 5\nand more of this")];
 
     // An MCAP file of another program.
     let mut others = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("begins");
@@ -125,12 +125,12 @@ fn a_file_that_is_no_recording_is_refused() {
     let header = MessageHeader { channel_id: channel, sequence: 1, log_time: 1, publish_time: 1 };
     others.write_to_known_channel(&header, b"{}").expect("writes");
     others.finish().expect("ends");
-    worded.push(foreign(&others.into_inner().into_inner()));
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(foreign(&others.into_inner().into_inner()));
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]
-fn errors_are_worded() {
+fn error_messages_match_the_snapshot() {
     let (name, file) = (|| "x.mcap".to_owned(), || std::path::PathBuf::from("x.mcap"));
     let full = || std::io::Error::from(std::io::ErrorKind::StorageFull);
     let expansion = budget::BudgetError::Expansion { read_bytes: 1000, max_bytes: 256 << 20 };
@@ -144,9 +144,9 @@ fn errors_are_worded() {
         RecordError::Write { file: file(), source: full() },
         RecordError::DiskFull { file: file(), bytes: 2_500_000 },
     ];
-    let worded: Vec<String> =
+    let wording: Vec<String> =
         reading.iter().map(ToString::to_string).chain(writing.iter().map(ToString::to_string)).collect();
-    insta::assert_snapshot!(worded.join("\n"));
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]
@@ -209,7 +209,7 @@ proptest! {
 
     /// A changed byte is either detected by a check sum, or lies where it does not affect frames.
     #[test]
-    fn a_changed_byte_is_noticed_or_means_nothing(place in 0.0..1.0_f64, flip in 1..=255_u8) {
+    fn a_changed_byte_of_a_recording_is_detected_or_irrelevant(place in 0.0..1.0_f64, flip in 1..=255_u8) {
         let frames = frames();
         let mut bytes = written(&frames, Time::Wall);
         let length = f64::from(u32::try_from(bytes.len()).expect("a short file"));
@@ -223,7 +223,7 @@ proptest! {
 }
 
 #[test]
-fn a_ring_holds_the_last_while_and_no_more() {
+fn a_ring_holds_only_the_configured_duration() {
     let mut ring = Ring::new(subject(Time::Wall), Duration::from_secs(3), usize::MAX);
     let said = |sequence: u64| {
         let header = Header { sequence, ..Header::at(sequence * 100_000_000) };
@@ -257,7 +257,7 @@ fn a_ring_holds_the_last_while_and_no_more() {
 }
 
 #[test]
-fn a_ring_holds_no_more_bytes_than_it_may() {
+fn a_ring_respects_its_byte_limit() {
     const MAX_BYTES: usize = 50_000;
     let mut ring = Ring::new(subject(Time::Wall), Duration::from_secs(3600), MAX_BYTES);
     let mut peak = 0;

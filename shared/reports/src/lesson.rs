@@ -469,7 +469,7 @@ mod tests {
     }
 
     #[test]
-    fn a_performance_that_goes_on_has_not_ended() {
+    fn a_running_performance_is_not_reported_as_ended() {
         let mut report = LessonReport::default();
         report.add(&Event::new(EventKind::PerformanceStarted, "task 1", "task 1"));
         assert_eq!(report.performances_ended(), 0);

@@ -125,7 +125,7 @@ proptest! {
     }
 
     #[test]
-    fn no_more_than_rays_decides_what_a_crowd_of_small_walls_hides(
+    fn occlusion_by_many_small_walls_is_decided_by_the_rays(
         walls in prop::collection::vec((pose(), 0.005..0.05, 0.05..0.2, 0.05..0.2), 40..60),
         things in prop::collection::vec((pose(), 0.01..0.05), 20),
         from in position(), towards in position(),
@@ -188,7 +188,7 @@ fn objects_before_a_wall_or_touching_it_are_not_hidden() {
 }
 
 #[test]
-fn a_full_set_and_extents_that_are_none_are_refused() {
+fn a_full_occluder_set_and_invalid_extents_are_refused() {
     let mut occluders = Occluders::new(1);
     assert!(matches!(
         occluders.add(&Pose::identity(), [f64::NAN, 1.0, 1.0]),
@@ -202,7 +202,7 @@ fn a_full_set_and_extents_that_are_none_are_refused() {
 }
 
 #[test]
-fn numbers_that_are_no_cone_are_refused() {
+fn an_invalid_cone_is_refused() {
     assert!(matches!(Cone::new(f64::NAN, 1.0), Err(ConeError::HalfAngle { .. })));
     assert!(matches!(Cone::new(0.0, 1.0), Err(ConeError::HalfAngle { .. })));
     assert!(matches!(Cone::new(1.0, f64::INFINITY), Err(ConeError::Range { .. })));

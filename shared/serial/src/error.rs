@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let path = || PathBuf::from("/dev/ttyUSB0");
         let opening = [
             OpenError::Device { path: path(), source: Errno::NOENT },
@@ -69,8 +69,8 @@ mod tests {
             OpenError::Pty { source: Errno::NOENT },
         ];
         let lost = [LineLostError::HangUp, LineLostError::WriteTimeout, LineLostError::Failed(Errno::IO)];
-        let worded: Vec<String> =
+        let wording: Vec<String> =
             opening.iter().map(ToString::to_string).chain(lost.iter().map(ToString::to_string)).collect();
-        insta::assert_snapshot!(worded.join("\n"));
+        insta::assert_snapshot!(wording.join("\n"));
     }
 }

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn every_byte_arrives_as_it_was_and_none_comes_back() {
+    fn every_byte_arrives_unchanged_and_without_an_echo() {
         let pty = Pty::new(1_000_000).unwrap();
         let tty = Tty::open(pty.path(), 4_000_000).unwrap();
         let sent: Vec<u8> = (0..=255).collect();
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn the_other_ends_speed_is_seen() {
+    fn the_speed_set_at_the_other_end_is_readable() {
         let pty = Pty::new(1_000_000).unwrap();
         assert_eq!(pty.baud(), Ok(1_000_000));
         let _tty = Tty::open(pty.path(), 4_500_000).unwrap();
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn silence_ends_at_the_deadline_and_not_before() {
+    fn a_read_without_data_returns_at_its_deadline() {
         let pty = Pty::new(1_000_000).unwrap();
         let tty = Tty::open(pty.path(), 1_000_000).unwrap();
         let until = clock::now() + Duration::from_micros(300);
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_waits_is_thrown_away_but_not_for_ever() {
+    fn draining_discards_waiting_bytes_up_to_a_number_of_reads() {
         let pty = Pty::new(1_000_000).unwrap();
         let tty = Tty::open(pty.path(), 1_000_000).unwrap();
         pty.write(&[7; 1500], soon()).unwrap();
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_tty_is_named() {
+    fn a_path_that_is_no_tty_is_refused_by_name() {
         let no_tty = Tty::open("/dev/null".as_ref(), 1_000_000).unwrap_err();
         assert!(matches!(&no_tty, OpenError::Mode { baud: 1_000_000, .. }), "{no_tty:?}");
         let missing = Tty::open("/dev/nowhere".as_ref(), 1_000_000).unwrap_err();

@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_adapter_that_could_not_be_hurried_is_known() {
+    fn a_latency_timer_that_cannot_be_set_is_reported() {
         let folder = tempfile::tempdir().unwrap();
         let timer = folder.path().join("latency_timer");
         fs::write(&timer, "16\n").unwrap();

@@ -44,9 +44,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_bit_is_named() {
+    fn every_hardware_error_bit_has_a_name() {
         let bits = (0..8).map(|bit| 1 << bit).chain([0, 0b10_0100, 0b100_0001]);
-        let worded: Vec<String> = bits.map(|bits| format!("{bits:#04x} {}", HardwareErrors(bits))).collect();
-        insta::assert_snapshot!(worded.join("\n"));
+        let wording: Vec<String> = bits.map(|bits| format!("{bits:#04x} {}", HardwareErrors(bits))).collect();
+        insta::assert_snapshot!(wording.join("\n"));
     }
 }

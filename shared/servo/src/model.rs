@@ -157,7 +157,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_position_count_comes_back() {
+    fn every_position_count_survives_the_conversion_to_radians() {
         for count in -5000..5000 {
             assert_eq!(position_count(position_rad(count)), count);
         }

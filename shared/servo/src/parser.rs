@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn one_bad_answer_costs_one_servo() {
+    fn one_damaged_reply_costs_one_servo_its_reading() {
         type Spoil = fn(&mut Vec<u8>);
         let spoil: [(&str, Spoil); 7] = [
             ("silent", Vec::clear),
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_false_length_blocks_no_reader() {
+    fn a_false_length_does_not_block_the_parser() {
         let mut chunks = chain();
         chunks[11][5..7].copy_from_slice(&1000_u16.to_le_bytes());
         let (ids, losses) = ids(&chunks);
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flood_drops_the_oldest_bytes() {
+    fn a_full_parser_drops_the_oldest_bytes() {
         let mut parser = Parser::new();
         parser.push(&[0; 3 * CAPACITY]);
         parser.push(&status(7, &[]));
@@ -292,7 +292,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_frame_comes_back_whatever_its_params(params in params(), id in 0..=252u8, cuts in 1..9usize) {
+        fn a_frame_with_any_parameters_is_read_back(params in params(), id in 0..=252u8, cuts in 1..9usize) {
             let mut parser = Parser::new();
             for chunk in status(id, &params).chunks(cuts) {
                 parser.push(chunk);
@@ -304,7 +304,7 @@ mod tests {
         }
 
         #[test]
-        fn after_garbage_a_good_frame_is_found(garbage in params()) {
+        fn a_valid_frame_is_found_after_garbage(garbage in params()) {
             let mut parser = Parser::new();
             parser.push(&garbage);
             while parser.next_frame().is_some() {}

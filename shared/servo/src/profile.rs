@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn nan_and_limits_that_are_none_move_nothing() {
+    fn nan_and_invalid_limits_cause_no_motion() {
         let rest = Motion::at(0.0);
         assert_eq!(rest.towards(f64::NAN, LIMITS, DT), None);
         assert_eq!(rest.towards(1.0, limits(f64::NAN), DT), None);
@@ -115,7 +115,7 @@ mod tests {
 
     /// Accelerating to 2 rad/s takes 0.2 s and 0.2 rad, and so does stopping: 1 rad takes 0.7 s.
     #[test]
-    fn the_fastest_way_takes_the_time_of_the_trapezoid() {
+    fn the_fastest_profile_takes_the_time_of_the_trapezoid() {
         let mut motion = Motion::at(0.0);
         let mut steps = 0;
         while motion != Motion::at(1.0) {
@@ -177,7 +177,7 @@ mod tests {
         }
 
         #[test]
-        fn it_always_arrives(start in -3.0..3.0, speed in -2.0..2.0, goal in -3.0..3.0) {
+        fn every_profile_arrives(start in -3.0..3.0, speed in -2.0..2.0, goal in -3.0..3.0) {
             let mut motion = Motion { position_rad: start, velocity_rad_s: speed };
             for _ in 0..1200 {
                 motion = motion.towards(goal, LIMITS, DT).unwrap();

@@ -108,7 +108,7 @@ mod tests {
     /// From the e-manual: the status packets of servo 1 to a Ping (model 1030, firmware 38) and to a Read of its
     /// position, 166.
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let faults = [
             Fault::Result,
             Fault::Instruction,

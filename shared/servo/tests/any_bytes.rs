@@ -38,13 +38,13 @@ fn any_stream_is_parsed_the_same_however_it_is_cut() {
 }
 
 #[test]
-fn any_fast_reply_tells_nothing_twice_and_everything_before_the_damage() {
+fn any_fast_reply_yields_each_part_once_up_to_the_damage() {
     let told = sum(bytes::fast_reply);
     assert!(told > 300, "{told}");
 }
 
 #[test]
-fn any_host_is_answered_by_the_mock() {
+fn generated_instructions_get_replies_from_the_mock() {
     let said = sum(bytes::mock);
     assert!(said > 10_000, "{said}");
 }

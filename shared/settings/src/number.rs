@@ -7,12 +7,12 @@ use serde::Deserialize;
 /// A number outside the range of its type.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{value} is out of range: it must be {range}")]
-pub struct OutOfRange {
+pub struct OutOfRangeError {
     value: f64,
     range: &'static str,
 }
 
-impl OutOfRange {
+impl OutOfRangeError {
     /// The error for a `value` outside `range`, which completes the sentence "it must be …".
     #[must_use]
     pub const fn new(value: f64, range: &'static str) -> Self {
@@ -30,14 +30,14 @@ macro_rules! ranged {
         pub struct $name($number);
 
         impl TryFrom<$number> for $name {
-            type Error = $crate::number::OutOfRange;
+            type Error = $crate::number::OutOfRangeError;
 
             fn try_from($value: $number) -> Result<Self, Self::Error> {
                 // Written so that NaN is rejected.
                 if $holds {
                     Ok(Self($value))
                 } else {
-                    Err($crate::number::OutOfRange::new(f64::from($value), $range))
+                    Err($crate::number::OutOfRangeError::new(f64::from($value), $range))
                 }
             }
         }

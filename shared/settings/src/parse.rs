@@ -100,11 +100,11 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let texts = ["rate_hz = -3.0", "", "rate_khz = 1", "zeal = 1", "rate_hz = \"often\"", "rate_hz"];
-        let worded = texts.map(|text| format!("{text}\n    {}\n", refusal(text)));
+        let wording = texts.map(|text| format!("{text}\n    {}\n", refusal(text)));
         let file = "/nowhere/leo.toml".into();
         let read = SettingsError::Read { file, source: std::io::ErrorKind::NotFound.into() };
-        insta::assert_snapshot!(worded.concat() + &read.to_string());
+        insta::assert_snapshot!(wording.concat() + &read.to_string());
     }
 }

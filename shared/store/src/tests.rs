@@ -44,7 +44,7 @@ fn beside(path: &Path) -> BTreeMap<String, Vec<u8>> {
 }
 
 #[test]
-fn several_are_saved_at_once_each_in_place_of_what_was_there() {
+fn several_items_are_saved_at_once_and_replace_earlier_ones() {
     let (_folder, path) = file();
     let mut store = Store::open(&path).unwrap();
     store.save_all(&[entry("task 1", &[1]), entry("task 2", &[2, 3, 4])]).unwrap();
@@ -53,7 +53,7 @@ fn several_are_saved_at_once_each_in_place_of_what_was_there() {
 }
 
 #[test]
-fn what_was_saved_is_there_when_the_file_is_opened_again() {
+fn saved_items_are_read_after_reopening_the_file() {
     let (_folder, path) = file();
     let mut store = Store::open(&path).unwrap();
     for (key, place, item) in [("task 1", 0, 1), ("task 2", 0, 3), ("task 1", 1, 2), ("task 1", 2, 4)] {
@@ -181,7 +181,7 @@ fn a_full_disk_and_a_foreign_file_are_reported_with_the_remedy() {
 }
 
 #[test]
-fn errors_are_worded() {
+fn error_messages_match_the_snapshot() {
     let path = || PathBuf::from("learned.store");
     let source = ErrorKind::StorageFull;
     let folder = || FolderError::Link { path: "/home/a/leo".into() };
@@ -211,7 +211,7 @@ fn errors_are_worded() {
 }
 
 #[test]
-fn findings_are_worded() {
+fn finding_messages_match_the_snapshot() {
     let damage = Damage { file: "learned.store".into(), what: "is empty".to_owned(), aside: None };
     let aside = Damage { aside: Some("learned.damaged.store".into()), ..damage.clone() };
     let all = [Lost::Nothing, Lost::Perhaps, Lost::Records(1), Lost::Everything].map(|lost| {
@@ -260,7 +260,7 @@ fn symbolic_links_and_non_files_are_refused_untouched() {
 }
 
 #[test]
-fn what_was_replaced_or_forgotten_takes_no_room_after_the_next_start() {
+fn replaced_and_deleted_items_are_compacted_at_the_next_start() {
     let (_folder, path) = file();
     let mut length = 0;
     for life in 0..20_u32 {
@@ -275,7 +275,7 @@ fn what_was_replaced_or_forgotten_takes_no_room_after_the_next_start() {
 }
 
 #[test]
-fn files_are_of_this_user_alone() {
+fn store_files_are_accessible_to_this_user_alone() {
     let (_folder, path) = file();
     let mut store = Store::open(&path).unwrap();
     store.put("task 1", &"TASK 1", 0, &1).unwrap();

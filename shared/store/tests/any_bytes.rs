@@ -13,7 +13,7 @@ fn random(state: &mut u64) -> u64 {
 }
 
 #[test]
-fn whatever_bytes_damage_a_store_nothing_panics_and_nothing_is_invented() {
+fn any_damage_of_a_store_causes_no_panic_and_no_invented_item() {
     let mut chance = 2006;
     for length in 0..600 {
         let script: Vec<u8> = (0..1 + length % 50).map(|_| random(&mut chance).to_le_bytes()[3]).collect();

@@ -4,7 +4,7 @@ use std::fmt;
 use reports::lesson::LessonReport;
 use serde::Serialize;
 
-use crate::people::{ChiSquare, TASKS};
+use crate::participants::{ByCondition, ChiSquare, TASKS, Task};
 use crate::robot::Expected;
 
 /// What Leo learned and did in one task and condition, compared with the paper.
@@ -95,7 +95,7 @@ impl Comparison {
     /// The comparison for these cells.
     #[must_use]
     pub fn of(cells: Vec<Cell>) -> Self {
-        Self { cells, chi_square: TASKS.iter().filter_map(crate::people::Task::chi_square).collect() }
+        Self { cells, chi_square: TASKS.iter().filter_map(Task::chi_square).collect() }
     }
 
     /// Whether every cell agrees with the paper.
@@ -110,14 +110,13 @@ impl fmt::Display for Comparison {
         writeln!(out, "Table 1: the rules of 41 participants, and whether the condition made a difference")?;
         writeln!(out, "  {:<20} {:>4} {:>4} {:>6}   chi-square", "", "PT", "NPT", "other")?;
         for (task, test) in TASKS.iter().zip(&self.chi_square) {
-            for row in task.rules {
-                let condition = if row.social { "social" } else { "nonsocial" };
+            let ByCondition { social, nonsocial } = task.counts;
+            for (condition, row, test) in [("social", social, Some(test)), ("nonsocial", nonsocial, None)] {
                 let name = format!("Task {} {condition}", task.number);
                 let other = row.other.map_or_else(|| "-".to_owned(), |count| count.to_string());
                 let (taking, not) = (row.perspective_taking, row.not_perspective_taking);
                 write!(out, "  {name:<20} {taking:>4} {not:>4} {other:>6}")?;
-                if row.social {
-                    let ChiSquare { statistic, degrees, p } = test;
+                if let Some(ChiSquare { statistic, degrees, p }) = test {
                     write!(out, "   {statistic:.2}, df {degrees}, p = {p:.1e}")?;
                 }
                 writeln!(out)?;
@@ -126,15 +125,11 @@ impl fmt::Display for Comparison {
         writeln!(out, "\nTable 2: the hypotheses of high likelihood, the winner in capitals")?;
         for cell in &self.cells {
             let mark = if cell.holds() { "=" } else { "DIFFERS" };
-            let rules = cell.expected.hypotheses.iter().enumerate();
-            let paper: Vec<String> = rules
-                .map(|(rank, rule)| if rank == 0 { rule.paper.to_uppercase() } else { rule.paper.to_owned() })
-                .collect();
-            writeln!(out, "  {:<18} paper: {:<38} {mark}", cell.name(), paper.join("; "))?;
-            let winner = cell.winner.clone().unwrap_or_else(|| "nothing".to_owned());
-            let others = cell.hypotheses.iter().filter(|name| **name != winner).cloned();
-            let leo: Vec<String> = std::iter::once(winner.to_uppercase()).chain(others).collect();
-            writeln!(out, "  {:<18} Leo:   {}", "", leo.join("; "))?;
+            let paper = ranked(cell.expected.hypotheses.iter().map(|rule| rule.paper));
+            writeln!(out, "  {:<18} paper: {paper:<38} {mark}", cell.name())?;
+            let winner = cell.winner.as_deref().unwrap_or("nothing");
+            let others = cell.hypotheses.iter().map(String::as_str).filter(|name| *name != winner);
+            writeln!(out, "  {:<18} Leo:   {}", "", ranked(std::iter::once(winner).chain(others)))?;
             writeln!(out, "  {:<18} did:   {}", "", cell.performed.join(", "))?;
             for difference in &cell.differs {
                 writeln!(out, "  {:<18} but:   {difference}", "")?;
@@ -145,10 +140,13 @@ impl fmt::Display for Comparison {
             "\nTable 3: what people chose, the most popular in capitals; = where Leo's winner is that"
         )?;
         for task in TASKS {
-            for (social, chosen) in [true, false].into_iter().zip(task.chosen) {
-                let condition = if social { "social" } else { "nonsocial" };
+            let ByCondition { social, nonsocial } = task.chosen;
+            for (condition, chosen, with_teacher) in
+                [("social", social, true), ("nonsocial", nonsocial, false)]
+            {
                 let name = format!("Task {} {condition}", task.number);
-                writeln!(out, "  {name:<18} {:<58} {}", chosen.join("; "), self.agrees(task.number, social))?;
+                let agrees = self.agrees(task.number, with_teacher, chosen.first());
+                writeln!(out, "  {name:<18} {:<58} {agrees}", ranked(chosen.iter().copied()))?;
             }
         }
         let held = self.cells.iter().filter(|cell| cell.holds()).count();
@@ -159,22 +157,24 @@ impl fmt::Display for Comparison {
 impl Comparison {
     /// "=" if Leo's winner is the rule most popular with people, otherwise "differs". The social condition is compared
     /// with perspective taking, the nonsocial one without.
-    fn agrees(&self, task: u32, social: bool) -> &'static str {
-        let people = TASKS.iter().find(|people| people.number == task);
-        let [of_social, of_nonsocial] = people.map_or([&[][..]; 2], |people| people.chosen);
-        let popular = if social { of_social } else { of_nonsocial }.first();
+    fn agrees(&self, task: u32, social: bool, popular: Option<&&str>) -> &'static str {
         let is_cell = |cell: &&Cell| cell.expected.task == task && cell.expected.perspective_taking == social;
         let Some(cell) = self.cells.iter().find(is_cell) else { return "" };
         let winner = cell.expected.hypotheses.iter().find(|rule| cell.winner.as_deref() == Some(rule.leo));
-        let same =
-            winner.is_some_and(|rule| popular.is_some_and(|name| name.eq_ignore_ascii_case(rule.paper)));
-        if same { "=" } else { "differs" }
+        if winner.is_some_and(|rule| popular == Some(&rule.paper)) { "=" } else { "differs" }
     }
+}
+
+/// The names of rules, the first one in capitals.
+fn ranked<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let in_capitals =
+        |(rank, name): (usize, &str)| if rank == 0 { name.to_uppercase() } else { name.to_owned() };
+    names.enumerate().map(in_capitals).collect::<Vec<_>>().join("; ")
 }
 
 #[cfg(test)]
 mod tests {
-    use reports::lesson::{Hypothesis, LessonReport, Performance, Rule, Task};
+    use reports::lesson::{self, Hypothesis, Performance, Rule};
 
     use super::*;
     use crate::robot::CELLS;
@@ -187,7 +187,7 @@ mod tests {
             posterior: 1.0,
             high_likelihood: true,
         };
-        let mut task = Task::default();
+        let mut task = lesson::Task::default();
         let mut rules = expected.hypotheses.iter();
         let winner = rules.next().unwrap();
         let (first, others) =
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn the_papers_own_outcome_is_as_in_the_paper() {
+    fn the_results_of_the_paper_agree_with_the_paper() {
         let comparison = Comparison::of(CELLS.iter().map(|cell| Cell::of(*cell, &report(cell))).collect());
         assert!(comparison.holds(), "{comparison}");
         let text = comparison.to_string();
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_is_otherwise_is_told() {
+    fn every_difference_from_the_paper_is_reported() {
         let [expected, ..] = CELLS;
         assert_eq!(Cell::of(expected, &LessonReport::default()).differs.len(), 5);
         let mut other = report(&expected);

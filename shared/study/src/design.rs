@@ -350,7 +350,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn design_is_a_function_of_the_seed() {
+    fn one_seed_gives_one_design() {
         for task in 1..=4 {
             assert_eq!(TaskVariant::of(task, 7), TaskVariant::of(task, 7));
             assert_ne!(TaskVariant::of(task, 7), TaskVariant::of(task, 8));
@@ -359,7 +359,7 @@ mod tests {
     }
 
     #[test]
-    fn things_lie_apart() {
+    fn objects_of_a_design_do_not_overlap() {
         let mut pairs = 0;
         for (task, seed) in (1..=4).flat_map(|task| (0..200).map(move |seed| (task, seed))) {
             for table in TaskVariant::of(task, seed).unwrap().lesson.demonstrations {
@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn shapes_and_colours_are_marked_together() {
+    fn in_task_2_each_shape_is_marked_in_both_colours() {
         for seed in 0..200 {
             let design = TaskVariant::of(2, seed).unwrap();
             let blocks = design.lesson.demonstrations.iter().flat_map(|table| {

@@ -14,13 +14,13 @@ mod identity;
 mod recording;
 mod snapshot;
 
-pub use action::{Act, ActionParser};
-pub use action_effect::{ActContext, ActionEffect, action_effects};
+pub use action::{Action, ActionParser};
+pub use action_effect::{ActionContext, ActionEffect, action_effects};
 pub use change::{Change, Effect, Signature, changes, vanished};
 pub(crate) use change::{has_percepts, is_achieved};
 pub use counterpart::counterparts;
 pub use describe::{describe_change, describe_object};
 pub use example::{Example, Executable, Task, View};
 pub use identity::{Identities, WriterState};
-pub use recording::{NothingChanged, Recording};
+pub use recording::{NothingChangedError, Recording};
 pub use snapshot::{Object, Snapshot};

@@ -42,13 +42,13 @@ pub use decision::{
     part_positions,
 };
 pub use demonstration::{
-    Act, ActContext, ActionEffect, ActionParser, Change, Effect, Example, Executable, Identities,
-    NothingChanged, Object, Recording, Signature, Snapshot, Task, View, WriterState, action_effects, changes,
-    counterparts, describe_change, describe_object, vanished,
+    Action, ActionContext, ActionEffect, ActionParser, Change, Effect, Example, Executable, Identities,
+    NothingChangedError, Object, Recording, Signature, Snapshot, Task, View, WriterState, action_effects,
+    changes, counterparts, describe_change, describe_object, vanished,
 };
 pub use hypotheses::{
-    Class, HypothesisLanguage, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRange, OnConflict, Prior, Relation,
-    Selection, Settings, Template,
+    Class, HypothesisLanguage, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRangeError, OnConflict, Prior,
+    Relation, Selection, Settings, Template,
 };
 pub use language::{FeatureWords, Language, Sentence, StateWords, key, listed, with_article};
 

@@ -92,7 +92,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let name = || "a.jsonl".to_owned();
         let expansion = BudgetError::Expansion { read_bytes: 1000, max_bytes: 256 << 20 };
         let errors = [

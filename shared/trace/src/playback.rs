@@ -271,7 +271,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_come_in_their_rhythm_as_of_the_present_and_end() {
+    fn frames_are_played_at_their_intervals_with_present_timestamps() {
         let thing = r#"{"position_m": [0.5, 0, 0], "observed_at_ns": 995}"#;
         let frames = [frame(1000, 0, thing), frame(1005, 0, ""), frame(1030, 0, thing)];
         let mut playback = open(&frames.each_ref().map(String::as_str), None, false).unwrap();
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_passed_over_is_counted_as_if_it_had_been_reached() {
+    fn skipped_frames_are_counted_like_played_ones() {
         let frames = [frame(100, 0, ""), frame(103, 0, ""), frame(112, 0, "")];
         let frames = frames.each_ref().map(String::as_str);
         for repeats in [false, true] {
@@ -360,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn playing_allocates_nothing() {
+    fn playing_a_trace_allocates_no_memory() {
         let thing = r#"{"position_m": [0.5, 0, 0]}"#;
         let frames: Vec<String> = (0..50).map(|at| frame(at * 10, 0, thing)).collect();
         let frames: Vec<&str> = frames.iter().map(String::as_str).collect();

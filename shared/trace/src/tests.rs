@@ -154,7 +154,7 @@ fn frames() -> impl Strategy<Value = Vec<Frame>> {
 
 proptest! {
     #[test]
-    fn what_is_written_is_what_is_read(frames in frames()) {
+    fn a_written_trace_is_read_back_unchanged(frames in frames()) {
         let [lines, mcap] = both(&frames);
         for bytes in [lines, mcap, unchecked(&frames)] {
             let (back, error, reader) = read(&bytes);
@@ -180,7 +180,7 @@ proptest! {
     }
 
     #[test]
-    fn damage_is_an_error_or_a_refusal_and_never_a_panic(
+    fn a_damaged_trace_is_an_error_and_never_a_panic(
         frames in frames(),
         flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
     ) {
@@ -199,7 +199,7 @@ proptest! {
     }
 
     #[test]
-    fn anything_at_all_is_an_error_or_a_trace(bytes in prop::collection::vec(any::<u8>(), 0..300), mcap in any::<bool>()) {
+    fn arbitrary_bytes_are_an_error_or_an_empty_trace(bytes in prop::collection::vec(any::<u8>(), 0..300), mcap in any::<bool>()) {
         let bytes = if mcap { [mcap::MAGIC, &bytes].concat() } else { bytes };
         if let Ok(reader) = Reader::new(bytes.as_slice(), "t") {
             prop_assert_eq!(reader.flatten().count(), 0);
@@ -207,7 +207,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_not_refused_is_sound(numbers in prop::array::uniform32(prop_oneof![any::<f32>(), unit()])) {
+    fn every_accepted_observation_of_a_trace_is_sound(numbers in prop::array::uniform32(prop_oneof![any::<f32>(), unit()])) {
         let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, ..] = numbers;
         let mut observation = Observation {
             position_m: [a, b, c],
@@ -336,7 +336,7 @@ fn a_mistake_in_a_message_is_reported_with_its_number() {
 }
 
 #[test]
-fn what_else_is_in_an_mcap_file_is_left_alone() {
+fn other_channels_of_an_mcap_file_are_ignored() {
     let mut out = WriteOptions::new().profile("leo_trace/1").create(Cursor::new(Vec::new())).unwrap();
     let camera = out.add_channel(0, "camera", "protobuf", &BTreeMap::new()).unwrap();
     let ours = out.add_channel(0, "observations/0", "json", &BTreeMap::new()).unwrap();

@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let root = || PathBuf::from("/dev/shm/leo-a");
         let errors = [
             DomainError::Name { name: "a b".to_owned() },

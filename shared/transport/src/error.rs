@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let root = || PathBuf::from("/dev/shm/leo-a");
         let (topic, reason) = (|| "beliefs/1".to_owned(), || "[reason of the middleware]".to_owned());
         let errors = [

@@ -25,9 +25,9 @@ const KILLS: u64 = 120;
 fn child() {
     let Ok(root) = env::var(ROOT) else { return skip::skip("another test has to start it") };
     let domain = Domain::at(Path::new(&root)).expect("a domain");
-    let life = env::var(LIFE).expect("told").parse().expect("a number");
-    let node = Node::join(&domain, "child", life, QUEUES).expect("joins");
-    let mut board = HealthWriter::create(&node, Process::Learner, life).expect("a new board");
+    let incarnation = env::var(LIFE).expect("told").parse().expect("a number");
+    let node = Node::join(&domain, "child", incarnation, QUEUES).expect("joins");
+    let mut board = HealthWriter::create(&node, Process::Learner, incarnation).expect("a new board");
     let mut events = node.waking_subscriber::<Events>(None).expect("a free reader");
     let mut utterances = node.publisher::<Utterances>(None, 1).expect("a free writer");
     let mut health = Health::default();
@@ -37,22 +37,22 @@ fn child() {
         events.wait(Duration::from_millis(1)).expect("works");
         let _frame = events.newest().expect("works");
         let utterance = Utterance { speaker: 1, text: message::Text::new("alive") };
-        utterances.send(Header::at(life), 1, |_| utterance, |_| {}).expect("never blocks");
+        utterances.send(Header::at(incarnation), 1, |_| utterance, |_| {}).expect("never blocks");
     }
 }
 
-fn start(domain: &Domain, life: u64) -> Child {
+fn start(domain: &Domain, incarnation: u64) -> Child {
     Command::new(env::current_exe().expect("this program"))
         .args(["--exact", "--ignored", "child"])
         .env(ROOT, domain.root())
-        .env(LIFE, life.to_string())
+        .env(LIFE, incarnation.to_string())
         .stdout(Stdio::null())
         .spawn()
         .expect("starts")
 }
 
-fn is_running(node: &Node, life: u64) -> bool {
-    let board = HealthReader::open(node, Process::Learner, life).ok();
+fn is_running(node: &Node, incarnation: u64) -> bool {
+    let board = HealthReader::open(node, Process::Learner, incarnation).ok();
     board.is_some_and(|board| board.read().state() == Some(ProcessState::Running))
 }
 
@@ -60,11 +60,11 @@ fn time_to_start(
     domain: &Domain,
     node: &Node,
     utterances: &mut FrameSubscriber<Utterances>,
-    life: u64,
+    incarnation: u64,
 ) -> Duration {
     let begun = clock::now();
-    let mut child = start(domain, life);
-    while !hears(utterances, life) {
+    let mut child = start(domain, incarnation);
+    while !hears(utterances, incarnation) {
         assert!(child.try_wait().expect("asked").is_none(), "it ended before it was ready");
         pause(Duration::from_micros(200));
     }
@@ -75,9 +75,9 @@ fn time_to_start(
     took
 }
 
-fn hears(utterances: &mut FrameSubscriber<Utterances>, life: u64) -> bool {
+fn hears(utterances: &mut FrameSubscriber<Utterances>, incarnation: u64) -> bool {
     let frame = utterances.newest().expect("works");
-    frame.is_some_and(|frame| frame.head().valid_at_ns == life)
+    frame.is_some_and(|frame| frame.head().valid_at_ns == incarnation)
 }
 
 fn pause(time: Duration) {
@@ -108,19 +108,23 @@ fn a_process_killed_during_its_start_blocks_no_other() {
     };
 
     // Many kills should hit the start, whatever the load of the machine.
-    let usual =
-        (1..=WARM_UP).map(|life| time_to_start(&domain, &node, &mut utterances, life)).min().expect("some");
+    let usual = (1..=WARM_UP)
+        .map(|incarnation| time_to_start(&domain, &node, &mut utterances, incarnation))
+        .min()
+        .expect("some");
     let max = u64::try_from(usual.as_micros()).expect("no century");
     let (mut early, mut late) = (0, 0);
     let mut chance = 7_u64;
-    for life in WARM_UP + 1..=KILLS {
-        let mut child = start(&domain, life);
+    for incarnation in WARM_UP + 1..=KILLS {
+        let mut child = start(&domain, incarnation);
         chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         pause(Duration::from_micros((chance >> 33) % max));
         child.kill().expect("lives");
         child.wait().expect("dies");
-        events.send(Header::at(life), 1, |_| Event::new(EventKind::Said, "", "x"), |_| {}).expect("sends");
-        if is_running(&node, life) {
+        events
+            .send(Header::at(incarnation), 1, |_| Event::new(EventKind::Said, "", "x"), |_| {})
+            .expect("sends");
+        if is_running(&node, incarnation) {
             late += 1;
         } else {
             early += 1;

@@ -71,14 +71,14 @@ fn a_reader_accepts_only_the_listed_instance_without_allocation() {
 }
 
 fn check(domain: &Domain) {
-    let life = |incarnation| Node::join(domain, "test", incarnation, QUEUES).expect("the domain was made");
-    let mut reader = life(0);
+    let join = |incarnation| Node::join(domain, "test", incarnation, QUEUES).expect("the domain was made");
+    let mut reader = join(0);
     assert!(reader.follow_roster().is_err(), "no supervisor runs");
     let mut open_to_all = reader.subscriber::<Events>(None).expect("a free reader");
     let mut board = RosterWriter::create(&reader, Process::Supervisor, 1).expect("is the first");
     reader.follow_roster().expect("there is a roster");
     let supervised = |incarnation| {
-        let mut node = life(incarnation);
+        let mut node = join(incarnation);
         node.follow_roster().expect("there is a roster");
         node
     };

@@ -3,7 +3,7 @@ use config::Robot;
 use message::{Beliefs, Divergences as Differing, Hop, Percepts, Process};
 use perspective::MAX_TERRITORY_BELIEFS;
 use perspective::settings::OwnershipRule;
-use process::{Failure, Launch, ProcessNode, Progress};
+use process::{Launch, ProcessError, ProcessNode, Progress};
 use transport::FramePublisher;
 
 use crate::{Believer, Divergences};
@@ -18,7 +18,7 @@ const COUNTERS_INTERVAL: Duration = Duration::from_millis(20);
 /// # Errors
 ///
 /// The domain cannot be joined, the configuration is invalid, or the middleware failed.
-pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let leo = &robot.leo;
     let capacity = leo.buffers.max_objects.get();
     let partners = launch.partners.unwrap_or(leo.belief.partners);
@@ -32,7 +32,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     }
     let depth = leo.belief.depth.get();
     let mut believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)
-        .map_err(Failure::own)?;
+        .map_err(ProcessError::own)?;
     let mut divergences = Divergences::new(&robot.percepts, &believer, capacity);
     let mut outlets: Vec<FramePublisher<Beliefs>> = (0..believer.perspectives())
         .map(|perspective| member.publisher(Some(perspective), capacity))

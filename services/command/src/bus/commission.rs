@@ -1,8 +1,8 @@
 //! `leo bus commission`: trials on real servos before Leo drives a body with them.
 
-mod bench;
+mod bus_under_test;
 mod outcome;
-mod person;
+mod prompt;
 mod report;
 mod trials;
 
@@ -13,14 +13,17 @@ use std::sync::atomic::Ordering;
 use clap::Args;
 use config::Robot;
 
-use self::bench::Bench;
+use self::bus_under_test::BusUnderTest;
 use self::outcome::Outcome;
-use self::person::{Person, Reply};
 use self::report::Report;
 use self::trials::{TRIALS, Trial};
 use super::selection::BusSelection;
 use crate::failure::CommandError;
-use crate::output;
+use crate::output::{self, confirm};
+
+/// The question before the first trial that switches torque on.
+const WARNING: &str = "WARNING: torque will come on and each joint moves by up to 10 deg. Confirm: the servos are mounted so \
+                       that nothing falls, nobody is in reach, a hand is at the power switch";
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct Commission {
@@ -30,49 +33,37 @@ pub(super) struct Commission {
     /// Only this trial; may be repeated
     #[arg(long, value_name = "TRIAL")]
     only: Vec<String>,
-    /// The folder of the report, a new file named by the date
+    /// Folder for the report (a new file `commission-DATE.toml`)
     #[arg(long, value_name = "FOLDER", default_value = ".")]
     report: PathBuf,
 }
 
 impl Commission {
-    pub(super) fn run(&self, place: &BusSelection<'_>, robot: &Robot) -> Result<ExitCode, CommandError> {
+    pub(super) fn run(&self, selection: &BusSelection<'_>, robot: &Robot) -> Result<ExitCode, CommandError> {
         let plan = self.plan()?;
-        if place.buses().iter().any(|bus| bus.joints.is_empty()) {
+        if selection.buses().iter().any(|bus| bus.joints.is_empty()) {
             return Err(CommandError::usage(
                 "the trials compare servos with the joints of motor.toml: add --bus to --device",
             ));
         }
-        let stop = process::stop_flag().map_err(CommandError::runtime)?;
-        let mut report = Report::create(&self.report, place)?;
-        output::print(&format!("The report is {}.\n", report.path().display()))?;
-        if !self.yes && plan.iter().any(|trial| trial.moves) {
-            let asked = Person.ask(
-                "Torque comes on, and each joint moves by up to 10 deg. The servos are mounted so that nothing falls, \
-                 nobody is within reach, and a hand is at the switch of their power",
-            )?;
-            if asked == Reply::Skip {
-                return Err(CommandError::runtime("nothing was tried"));
-            }
+        if plan.iter().any(|trial| trial.uses_torque) {
+            confirm(self.yes, WARNING)?;
         }
-        for bus in place.buses() {
-            let mut bench = Bench::new(bus, &robot.leo.motor, &stop);
-            for (index, trial) in plan.iter().enumerate() {
-                if stop.load(Ordering::Relaxed) {
-                    break;
-                }
-                let number = format!("Trial {} of {}", index + 1, plan.len());
-                output::print(&format!(
-                    "\n{number}, {}, {bus}\n  tried:    {}\n  expected: {}\n",
-                    trial.name, trial.tries, trial.expects
-                ))?;
-                let outcome = trial.run(&mut bench);
-                output::print(&outcome.text())?;
-                report.add(&bus.name, index + 1, trial, &outcome)?;
-            }
-            let off = bench.end();
-            output::print(&format!("\n{bus}: {off}\n"))?;
-            report.end_of_bus(&bus.name, &off)?;
+        // From here on Ctrl-C ends the trials, and torque goes off. At the question it ends the program.
+        let stop = process::stop_flag().map_err(CommandError::runtime)?;
+        let mut report = Report::create(&self.report, selection)?;
+        output::print(&format!("The report is {}.\n", report.path().display()))?;
+        for address in selection.buses() {
+            let mut bus = BusUnderTest::new(address, &robot.leo.motor, &stop);
+            let tried = try_all(&plan, &mut bus, &mut report);
+            // Whatever failed, such as the disk of the report: no torque stays on, and standard error tells it.
+            let off = bus.end();
+            tried.map_err(|error| CommandError {
+                text: format!("{}\n{address}: {off}", error.text),
+                ..error
+            })?;
+            output::print(&format!("\n{address}: {off}\n"))?;
+            report.end_of_bus(&address.name, &off)?;
         }
         self.conclude(&mut report, stop.load(Ordering::Relaxed))
     }
@@ -87,11 +78,12 @@ impl Commission {
                 names.join(", ")
             )));
         }
-        let meant = |trial: &&Trial| self.only.is_empty() || self.only.iter().any(|name| *name == trial.name);
+        let is_selected =
+            |trial: &&Trial| self.only.is_empty() || self.only.iter().any(|name| *name == trial.name);
         let plan: Vec<_> =
-            TRIALS.iter().filter(meant).filter(|trial| !(self.yes && trial.needs_person)).collect();
+            TRIALS.iter().filter(is_selected).filter(|trial| !(self.yes && trial.needs_person)).collect();
         if plan.is_empty() {
-            return Err(CommandError::usage("that trial needs a person: omit --yes"));
+            return Err(CommandError::usage("the selected trials need a person: omit --yes"));
         }
         Ok(plan)
     }
@@ -113,4 +105,30 @@ impl Commission {
         let good = failed == 0 && skipped == 0 && !interrupted;
         Ok(if good { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
+}
+
+/// Runs the trials on one bus until a signal, and prints and reports each.
+fn try_all(
+    plan: &[&'static Trial],
+    bus: &mut BusUnderTest<'_>,
+    report: &mut Report,
+) -> Result<(), CommandError> {
+    for (index, trial) in plan.iter().enumerate() {
+        if bus.stop.load(Ordering::Relaxed) {
+            break;
+        }
+        output::print(&format!(
+            "\nTrial {} of {}, {}, {}\n  tried:    {}\n  expected: {}\n",
+            index + 1,
+            plan.len(),
+            trial.name,
+            bus.address,
+            trial.tries,
+            trial.expects
+        ))?;
+        let outcome = trial.run(bus);
+        output::print(&outcome.text())?;
+        report.add(&bus.address.name, index + 1, trial, &outcome)?;
+    }
+    Ok(())
 }

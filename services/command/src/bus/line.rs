@@ -211,14 +211,14 @@ impl Line {
             .map_err(CommandError::runtime)
     }
 
-    /// Passes every status packet to `take` until it returns `true` or none arrived within `patience`.
+    /// Passes every status packet to `take` until it returns `true` or none arrived within `timeout`.
     fn receive(
         &mut self,
-        patience: Duration,
+        timeout: Duration,
         mut take: impl FnMut(&Status<'_>) -> bool,
     ) -> Result<(), CommandError> {
         let mut buffer = [0; 512];
-        let mut until = clock::now() + patience;
+        let mut until = clock::now() + timeout;
         loop {
             let count = self.tty.read(&mut buffer, until).map_err(CommandError::runtime)?;
             if count == 0 {
@@ -228,7 +228,7 @@ impl Line {
             while let Some(frame) = self.parser.next_frame() {
                 if let Some(status) = Status::parse(&frame) {
                     // Only status packets extend the time-out; noise does not.
-                    until = clock::now() + patience;
+                    until = clock::now() + timeout;
                     if take(&status) {
                         return Ok(());
                     }

@@ -23,9 +23,13 @@ struct Report {
     lacks: bool,
 }
 
-pub(super) fn scan(place: &BusSelection<'_>, json: bool, all_speeds: bool) -> Result<ExitCode, CommandError> {
+pub(super) fn scan(
+    selection: &BusSelection<'_>,
+    json: bool,
+    all_speeds: bool,
+) -> Result<ExitCode, CommandError> {
     let mut report = Report::default();
-    for bus in place.buses() {
+    for bus in selection.buses() {
         report.look_at(bus, all_speeds)?;
     }
     if json {

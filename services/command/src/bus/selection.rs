@@ -120,8 +120,8 @@ impl<'a> BusAddress<'a> {
 }
 
 impl<'a> BusSelection<'a> {
-    pub(super) fn new(robot: &'a Motor, place: &BusArgs) -> Result<Self, CommandError> {
-        if let Some(name) = &place.bus
+    pub(super) fn new(robot: &'a Motor, args: &BusArgs) -> Result<Self, CommandError> {
+        if let Some(name) = &args.bus
             && !robot.buses.iter().any(|bus| bus.name == *name)
         {
             let names: Vec<_> = robot.buses.iter().map(|bus| bus.name.as_str()).collect();
@@ -130,8 +130,8 @@ impl<'a> BusSelection<'a> {
                 names.join(", ")
             )));
         }
-        if let (Some(device), None) = (&place.device, &place.bus) {
-            let baud = place.baud.unwrap_or(1_000_000);
+        if let (Some(device), None) = (&args.device, &args.bus) {
+            let baud = args.baud.unwrap_or(1_000_000);
             let name = device.display().to_string();
             return Ok(Self {
                 buses: vec![BusAddress { name, path: Some(device.clone()), baud, joints: Vec::new() }],
@@ -139,15 +139,15 @@ impl<'a> BusSelection<'a> {
         }
         let mut buses = Vec::new();
         for (index, bus) in robot.buses.iter().enumerate() {
-            if place.bus.as_ref().is_some_and(|name| *name != bus.name) {
+            if args.bus.as_ref().is_some_and(|name| *name != bus.name) {
                 continue;
             }
-            let path = match (&place.device, &bus.device) {
+            let path = match (&args.device, &bus.device) {
                 (Some(path), _) | (None, Device::Tty(path)) => Some(path.clone()),
                 (None, Device::Mock) => None,
             };
             let joints = robot.joints.iter().filter(|joint| joint.bus == index).collect();
-            let baud = place.baud.unwrap_or(bus.baud);
+            let baud = args.baud.unwrap_or(bus.baud);
             buses.push(BusAddress { name: bus.name.clone(), path, baud, joints });
         }
         Ok(Self { buses })

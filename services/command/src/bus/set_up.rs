@@ -11,12 +11,12 @@ use crate::failure::CommandError;
 use crate::output::{self, confirm};
 
 pub(super) fn set_id(
-    place: &BusSelection<'_>,
+    selection: &BusSelection<'_>,
     target: &Target,
     to: u8,
     yes: bool,
 ) -> Result<ExitCode, CommandError> {
-    let (mut line, joint) = place.one(target)?;
+    let (mut line, joint) = selection.one(target)?;
     if line.ping(to)?.is_some() {
         return Err(CommandError::runtime(format!(
             "a servo answers to id {to} already: two servos with one id would reply at once"
@@ -33,7 +33,7 @@ pub(super) fn set_id(
 }
 
 pub(super) fn set_baud(
-    place: &BusSelection<'_>,
+    selection: &BusSelection<'_>,
     target: &Target,
     to: u32,
     yes: bool,
@@ -42,12 +42,12 @@ pub(super) fn set_baud(
         let speeds = SPEEDS.map(|speed| speed.to_string()).join(", ");
         return Err(CommandError::usage(format!("{to} is not a speed of a servo: use one of {speeds}")));
     };
-    let (mut line, joint) = place.one(target)?;
+    let (mut line, joint) = selection.one(target)?;
     unlocked(&mut line, joint.id, "baud_rate")?;
     confirm(yes, &format!("{joint} gets {to} baud, and no longer answers at another speed"))?;
     line.tell(joint.id, Instruction::Write { address: table::BAUD_RATE.address, data: &[code] })?;
     drop(line);
-    if place.at(to).one(target)?.0.ping(joint.id)?.is_none() {
+    if selection.at(to).one(target)?.0.ping(joint.id)?.is_none() {
         return Err(CommandError::runtime(format!(
             "{joint} does not answer at {to} baud: see `leo bus scan --baud N`"
         )));

@@ -16,30 +16,30 @@ use crate::output::{self, confirm};
 const COUNT_RAD: f64 = 0.0016;
 
 pub(super) fn torque(
-    place: &BusSelection<'_>,
+    selection: &BusSelection<'_>,
     target: &Target,
     on: bool,
     care: &MotionSafety<'_>,
 ) -> Result<ExitCode, CommandError> {
     if on {
-        let (mut line, named) = place.one(target)?;
+        let (mut line, named) = selection.one(target)?;
         let (id, model) = (named.id, line.model(named.id)?);
         return torque_on(&mut Servo { line: &mut line, id, model }, &named, care);
     }
     if target.is_named() {
-        let (mut line, named) = place.one(target)?;
+        let (mut line, named) = selection.one(target)?;
         let ended = set(&mut line, named.id, "torque_enable", 0)?;
         tell_alert(&mut line, named.id)?;
         return Ok(ended);
     }
     // If no bus can be opened, report the error of the first one.
-    if let [first, ..] = place.buses()
-        && !place.buses().iter().any(BusAddress::is_placed)
+    if let [first, ..] = selection.buses()
+        && !selection.buses().iter().any(BusAddress::is_placed)
     {
         first.open()?;
     }
     // Send torque off on every bus before checking any result. An error on one bus does not affect the others.
-    let buses: Vec<_> = place
+    let buses: Vec<_> = selection
         .buses()
         .iter()
         .map(|bus| (bus, bus.open().and_then(|mut line| line.torque_off().map(|()| line))))
@@ -47,18 +47,18 @@ pub(super) fn torque(
     let (mut said, mut failed) = (String::new(), Vec::new());
     for (bus, line) in buses {
         let looked = line.and_then(|mut line| read_torque_states(&mut line, bus));
-        let Torque { off, doubtful } = looked.unwrap_or_else(|error| {
+        let Torque { off, unconfirmed } = looked.unwrap_or_else(|error| {
             failed.push(format!("{}: {}", bus.name, error.text));
-            Torque { off: 0, doubtful: bus.joints.iter().map(|joint| called(joint)).collect() }
+            Torque { off: 0, unconfirmed: bus.joints.iter().map(|joint| called(joint)).collect() }
         });
         if off > 0 {
             // Writing to a string cannot fail.
             let _ = writeln!(said, "{bus}: {off} servos say that their torque is off");
         }
-        if !doubtful.is_empty() {
+        if !unconfirmed.is_empty() {
             failed.push(format!(
                 "{bus}: torque may still be on of {}: cut the power if anything moves",
-                doubtful.join(", ")
+                unconfirmed.join(", ")
             ));
         } else if off == 0 && bus.joints.is_empty() {
             failed.push(format!("{bus}: no servo answers, so that torque off is not confirmed"));
@@ -110,23 +110,23 @@ pub(super) struct Torque {
     /// Number of servos that confirm that it is off.
     pub(super) off: usize,
     /// Servos that do not confirm it.
-    pub(super) doubtful: Vec<String>,
+    pub(super) unconfirmed: Vec<String>,
 }
 
 /// Reads the torque state of all servos that reply on a bus, and of all that should.
 pub(super) fn read_torque_states(line: &mut Line, bus: &BusAddress<'_>) -> Result<Torque, CommandError> {
     let servos = line.find(&bus.joints)?;
-    let mut torque = Torque { off: 0, doubtful: Vec::new() };
+    let mut torque = Torque { off: 0, unconfirmed: Vec::new() };
     for servo in &servos {
         let model = Model::from_number(servo.model);
         if matches!(model.map(|model| line.value(model, servo.id, "torque_enable")), Some(Ok(0))) {
             torque.off += 1;
         } else {
             let joint = bus.joints.iter().find(|joint| joint.id == servo.id);
-            torque.doubtful.push(joint.map_or_else(|| format!("id {}", servo.id), |joint| called(joint)));
+            torque.unconfirmed.push(joint.map_or_else(|| format!("id {}", servo.id), |joint| called(joint)));
         }
     }
     let silent = bus.joints.iter().filter(|joint| !servos.iter().any(|servo| servo.id == joint.id));
-    torque.doubtful.extend(silent.map(|joint| format!("{}, which does not answer", called(joint))));
+    torque.unconfirmed.extend(silent.map(|joint| format!("{}, which does not answer", called(joint))));
     Ok(torque)
 }

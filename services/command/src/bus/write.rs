@@ -15,13 +15,13 @@ use crate::failure::CommandError;
 use crate::output::{self, confirm};
 
 pub(super) fn write(
-    place: &BusSelection<'_>,
+    selection: &BusSelection<'_>,
     target: &Target,
     item: &str,
     value: &str,
     care: &MotionSafety<'_>,
 ) -> Result<ExitCode, CommandError> {
-    let (mut line, named) = place.one(target)?;
+    let (mut line, named) = selection.one(target)?;
     let id = named.id;
     let model = line.model(id)?;
     let entry = entry(model, item)?;

@@ -1,11 +1,13 @@
-//! The learned rules as one JSON document, written example by example.
+//! The learned rules as one JSON document, written example by example:
+//! `{"title", "language", "noise", "examples": [..], "followed", "open_question", "inquiries"}`.
+//! `docs/examples-format.md` describes its parts.
 
 use serde_json::{Value, json};
 use tasks::{Inquiry, Learned, Rule, Selection, Settings};
 
 use super::examples::Examples;
 use super::results::{Conclusion, ExampleResult};
-use super::text::{asked_first, expectation};
+use super::text::{expectation, open_question};
 
 /// The document up to its first example.
 pub(super) fn opening(examples: &Examples, settings: &Settings) -> serde_json::Result<String> {
@@ -44,17 +46,19 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> serde_jso
         let rules: Vec<&str> = learned.primary().map(|rule| rule.name.as_str()).collect();
         json!({ "perspective": perspective, "rules": rules })
     });
-    let inquiries = conclusion.inquiries.iter().map(|(goal, question, showing)| {
+    let inquiries = conclusion.inquiries.iter().map(|(goal, question, demonstration)| {
         json!({
             "goal": expectation(goal),
             "question": question.as_ref().map(inquiry),
-            "showing": showing.as_ref().map(inquiry),
+            "demonstration": demonstration.as_ref().map(inquiry),
         })
     });
     let followed = serde_json::to_string(&followed)?;
     let inquiries = serde_json::to_string(&inquiries.collect::<Vec<_>>())?;
-    let open = match &conclusion.doubt {
-        Some(doubt) => format!("\"open\":{},", serde_json::to_string(&asked_first(examples, doubt))?),
+    let open = match &conclusion.open_question {
+        Some(open) => {
+            format!("\"open_question\":{},", serde_json::to_string(&open_question(examples, open))?)
+        }
         None => String::new(),
     };
     Ok(format!("\n],\"followed\":{followed},{open}\"inquiries\":{inquiries}}}\n"))
@@ -82,7 +86,7 @@ fn rule(rule: &Rule) -> Value {
         Selection::All => json!("all"),
         Selection::Exactly(count) => json!({ "exactly": count }),
         Selection::AllBut(count) => json!({ "all_but": count }),
-        Selection::Standing(relation) => json!({ "relation": relation.words() }),
+        Selection::Relation(relation) => json!({ "relation": relation.words() }),
     };
     json!({
         "name": rule.name,

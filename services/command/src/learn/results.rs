@@ -28,7 +28,7 @@ pub(super) struct Conclusion {
     /// The perspective whose rules Leo would follow, and the rules.
     pub(super) followed: Option<(u16, Learned)>,
     /// The question to ask before any rules are followed.
-    pub(super) doubt: Option<OpenQuestion>,
+    pub(super) open_question: Option<OpenQuestion>,
     /// Per goal, the question and the demonstration to ask the teacher for.
     pub(super) inquiries: Vec<(Signature, Option<Inquiry>, Option<Inquiry>)>,
 }

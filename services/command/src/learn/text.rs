@@ -57,9 +57,9 @@ pub(super) fn example(examples: &Examples, result: &ExampleResult<'_>) -> String
 /// The final results.
 pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
     let mut text = String::new();
-    match (&conclusion.doubt, &conclusion.followed) {
-        (Some(doubt), _) => {
-            let _ = writeln!(text, "Leo follows no rule yet: \"{}\"", asked_first(examples, doubt));
+    match (&conclusion.open_question, &conclusion.followed) {
+        (Some(open), _) => {
+            let _ = writeln!(text, "Leo follows no rule yet: \"{}\"", open_question(examples, open));
         }
         (None, None) => text.push_str("No perspective explains what changed.\n"),
         (None, Some((perspective, learned))) => {
@@ -69,7 +69,7 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
                 writeln!(text, "Leo follows {}: {}", whom(*perspective), listed(&spoken.collect::<Vec<_>>()));
         }
     }
-    for (goal, question, showing) in &conclusion.inquiries {
+    for (goal, question, demonstration) in &conclusion.inquiries {
         let mut say = |what: &str, inquiry: &Inquiry| {
             let _ = writeln!(text, "{what}: \"{}\" ({:.2} bits)", inquiry.text, inquiry.bits);
         };
@@ -84,18 +84,18 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
             }
             Some(question) => say("To be asked next", question),
         }
-        if let Some(showing) = showing {
-            let _ = writeln!(text, "To be shown next: \"{}\" ({:.2} bits)", showing.text, showing.bits);
+        if let Some(Inquiry { text: asked, bits, .. }) = demonstration {
+            let _ = writeln!(text, "To be shown next: \"{asked}\" ({bits:.2} bits)");
         }
     }
     text
 }
 
 /// The question to ask before any rules are followed.
-pub(super) fn asked_first(examples: &Examples, doubt: &OpenQuestion) -> String {
-    let thing = Object { features: doubt.kind.clone(), ..Object::default() };
+pub(super) fn open_question(examples: &Examples, open: &OpenQuestion) -> String {
+    let thing = Object { features: open.kind.clone(), ..Object::default() };
     let shown = examples.shown.iter().flat_map(|shown| &shown.views).flat_map(|view| &view.after.objects);
-    ask_about(&with_article(&describe_object(&examples.language, &thing, shown)), &doubt.goal)
+    ask_about(&with_article(&describe_object(&examples.language, &thing, shown)), &open.goal)
 }
 
 pub(super) fn expectation(signature: &Signature) -> String {

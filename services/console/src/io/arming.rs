@@ -56,8 +56,8 @@ impl Arming {
     /// The joints reported by the current incarnation of the motor process.
     fn read(&mut self, member: &ProcessNode) -> Option<Joints> {
         let roster = self.roster.read(member.node(), Process::Supervisor, 1)?;
-        let life = roster.incarnation(Process::Motor)?;
-        self.board.read(member.node(), Process::Motor, life).filter(|joints| joints.count > 0)
+        let incarnation = roster.incarnation(Process::Motor)?;
+        self.board.read(member.node(), Process::Motor, incarnation).filter(|joints| joints.count > 0)
     }
 
     /// Orders arming on behalf of a page. The page gets its answer once the motor process has taken the order.
@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_ordered_while_the_emergency_stop_is_raised() {
+    fn no_arm_order_is_given_while_the_emergency_stop_is_raised() {
         let folder = tempfile::tempdir().unwrap();
         emergency::raise(folder.path(), "a test").unwrap();
         let mut desk = Arming::new(folder.path(), &[]);

@@ -2,7 +2,7 @@
 
 use clock::{Duration, Instant};
 use message::{ActAnswer, ActsAnswered, Header, TeacherAct, TeacherActKind, TeacherActs, Topic as _};
-use process::{Failure, ProcessNode};
+use process::{ProcessError, ProcessNode};
 use transport::{FramePublisher, FrameSubscriber};
 
 use crate::io::requester::{QueuedRequest, Requester};
@@ -31,7 +31,7 @@ struct Waiting {
 }
 
 impl PendingActs {
-    pub(crate) fn open(member: &ProcessNode) -> Result<Self, Failure> {
+    pub(crate) fn open(member: &ProcessNode) -> Result<Self, ProcessError> {
         let mut acts = member.publisher::<TeacherActs>(None, MAX_ACTS_PER_FRAME)?;
         // An empty frame tells the simulator of the new incarnation: what the hands of the old one held goes back.
         acts.send_all(Header::at(member.now().as_nanos()), &[], |_| {})?;
@@ -50,7 +50,7 @@ impl PendingActs {
         now: Instant,
         has_simulator: bool,
         asked: impl Iterator<Item = QueuedRequest>,
-    ) -> Result<Vec<QueuedRequest>, Failure> {
+    ) -> Result<Vec<QueuedRequest>, ProcessError> {
         let mut acts: Vec<TeacherAct> = Vec::new();
         let mut others = Vec::new();
         for asked in asked.take(MAX_ACTS_PER_FRAME) {
@@ -80,14 +80,14 @@ impl PendingActs {
     }
 
     /// Forwards the simulator's answers to the pages and reports time-outs.
-    pub(crate) fn answer(&mut self, now: Instant) -> Result<(), Failure> {
+    pub(crate) fn answer(&mut self, now: Instant) -> Result<(), ProcessError> {
         while let Some(frame) = self.answered.receive()? {
             for answer in frame.entries() {
-                let Some(place) = self.waiting.iter().position(|waiting| waiting.serial == answer.serial)
+                let Some(index) = self.waiting.iter().position(|waiting| waiting.serial == answer.serial)
                 else {
                     continue;
                 };
-                let waiting = self.waiting.swap_remove(place);
+                let waiting = self.waiting.swap_remove(index);
                 if waiting.kind == Some(TeacherActKind::Save) && answer.refused == 0 {
                     self.saved = Some(answer.text.as_str().to_owned());
                 }

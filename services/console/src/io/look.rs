@@ -6,7 +6,7 @@ use message::{
     Belief, BeliefHead, Beliefs, Difference, Divergences, JointMode, JointState, JointStates, Scene,
     SceneHead, SceneMode,
 };
-use process::{Failure, ProcessNode};
+use process::{ProcessError, ProcessNode};
 use reports::beliefs::{DivergenceReporter, perspective_name};
 use serde_json::json;
 use transport::FrameSubscriber;
@@ -53,12 +53,12 @@ struct Perspective {
     believed: Vec<Belief>,
     differing: Vec<Difference>,
     /// Incarnation of the belief process that the data is of. Each incarnation assigns new identities.
-    life: u64,
+    incarnation: u64,
 }
 
 impl TopicPoller {
     /// Subscribes to the topics, including those of the partners' perspectives.
-    pub(crate) fn open(member: &ProcessNode, robot: &Robot, partners: u32) -> Result<Self, Failure> {
+    pub(crate) fn open(member: &ProcessNode, robot: &Robot, partners: u32) -> Result<Self, ProcessError> {
         let names = robot.leo.belief.names.clone();
         let count = robot.leo.belief.perspectives(partners);
         let open = |number: u32| {
@@ -71,7 +71,7 @@ impl TopicPoller {
                 head: BeliefHead::default(),
                 believed: Vec::new(),
                 differing: Vec::new(),
-                life: 0,
+                incarnation: 0,
             })
         };
         Ok(Self {
@@ -80,7 +80,7 @@ impl TopicPoller {
             histories: TimeLines::default(),
             joint_states: member.subscriber(None)?,
             scene: member.subscriber(None)?,
-            perspectives: (0..count).map(open).collect::<Result<_, Failure>>()?,
+            perspectives: (0..count).map(open).collect::<Result<_, ProcessError>>()?,
             names,
             partners,
             looks: 0,
@@ -104,7 +104,7 @@ impl TopicPoller {
         &mut self,
         state_store: &mut StateStore,
         mut tell: impl FnMut(u64, &str),
-    ) -> Result<(), Failure> {
+    ) -> Result<(), ProcessError> {
         if let Some(frame) = self.joint_states.newest()? {
             joints(state_store, &self.joint_names, frame.entries());
             let is_quarantined = |state: &&JointState| state.mode() == Some(JointMode::Quarantined);
@@ -118,11 +118,11 @@ impl TopicPoller {
             scene(state_store, frame.entries(), |thing| belief_in(thing, &self.robots));
             self.workspace = Some(head);
         }
-        let first = self.perspectives.first().map_or(0, |robot| robot.life);
+        let first = self.perspectives.first().map_or(0, |robot| robot.incarnation);
         for perspective in &mut self.perspectives {
             perspective.read()?;
         }
-        if self.perspectives.first().is_some_and(|robot| robot.life != first) {
+        if self.perspectives.first().is_some_and(|robot| robot.incarnation != first) {
             self.histories.forget();
         }
         self.tell(&mut tell);
@@ -145,7 +145,7 @@ impl TopicPoller {
         for partner in others {
             let Some(reporter) = &mut partner.divergence_reporter else { continue };
             let at_ns = partner.head.header.valid_at_ns;
-            if partner.life != 0 && at_ns != 0 {
+            if partner.incarnation != 0 && at_ns != 0 {
                 reporter.update(at_ns, &partner.differing, &robot.believed, &partner.believed, |words| {
                     tell(at_ns, words);
                 });
@@ -164,7 +164,7 @@ impl TopicPoller {
         self.histories.note(t, 0, &robots, |id| robots.iter().find(|seen| seen.id == id));
         for other in others {
             let (head, differing) = (&other.head, other.differing.as_slice());
-            if other.life == 0 {
+            if other.incarnation == 0 {
                 continue;
             }
             let his = self.belief_renderer.show(state_store, head, &other.believed, Some(&robots), differing);
@@ -222,13 +222,13 @@ impl TopicPoller {
 }
 
 impl Perspective {
-    fn read(&mut self) -> Result<(), Failure> {
+    fn read(&mut self) -> Result<(), ProcessError> {
         if let Some(frame) = self.beliefs.newest()? {
             self.head = *frame.head();
             self.believed.clear();
             self.believed.extend_from_slice(frame.entries());
-            let life = frame.head().header.incarnation;
-            if std::mem::replace(&mut self.life, life) != life {
+            let incarnation = frame.head().header.incarnation;
+            if std::mem::replace(&mut self.incarnation, incarnation) != incarnation {
                 self.differing.clear();
                 if let Some(reporter) = &mut self.divergence_reporter {
                     reporter.reset();

@@ -5,7 +5,7 @@ use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
 use message::{EventKind, Events, Process, Utterances};
-use process::{Failure, Launch, NonBlockingWriter, ProcessNode, Progress};
+use process::{Launch, NonBlockingWriter, ProcessError, ProcessNode, Progress};
 use reports::lesson::LessonReport;
 use serde_json::json;
 use transport::{Domain, FrameSubscriber};
@@ -35,7 +35,7 @@ const RELOAD_GRACE: Duration = Duration::from_secs(5);
 /// # Errors
 ///
 /// The domain cannot be joined, or the middleware failed.
-pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failure> {
+pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), ProcessError> {
     let leo = &robot.leo;
     let mut member = ProcessNode::join(launch, Process::Console, &leo.buffers, &leo.console.realtime)?;
     let mut event_reader = EventReader::open(&member, robot)?;
@@ -122,7 +122,7 @@ struct EventReader {
 }
 
 impl EventReader {
-    fn open(member: &ProcessNode, robot: &Robot) -> Result<Self, Failure> {
+    fn open(member: &ProcessNode, robot: &Robot) -> Result<Self, ProcessError> {
         Ok(Self {
             utterances: member.subscriber(None)?,
             events: member.subscriber(None)?,
@@ -134,7 +134,7 @@ impl EventReader {
         })
     }
 
-    fn hear(&mut self) -> Result<Vec<Line>, Failure> {
+    fn hear(&mut self) -> Result<Vec<Line>, ProcessError> {
         let mut lines = Vec::new();
         while let Some(frame) = self.utterances.receive()? {
             for utterance in frame.entries() {
@@ -172,7 +172,12 @@ struct PageServices {
 }
 
 impl PageServices {
-    fn open(member: &ProcessNode, launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, Failure> {
+    fn open(
+        member: &ProcessNode,
+        launch: &Launch,
+        robot: &Robot,
+        lesson: &Lesson,
+    ) -> Result<Self, ProcessError> {
         let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
         let web = robot.leo.console.address.get().and_then(|address| {
             let served = Web::serve(Serving {
@@ -243,7 +248,7 @@ impl PageServices {
     }
 
     /// Executes the pages' requests and answers them.
-    fn answer(&mut self, now: Instant, look: &TopicPoller) -> Result<(), Failure> {
+    fn answer(&mut self, now: Instant, look: &TopicPoller) -> Result<(), ProcessError> {
         let Some(web) = &self.web else { return Ok(()) };
         let asked = std::iter::from_fn(|| web.pending_requests.try_recv().ok());
         for asked in self.pending_acts.forward(now, look.workspace.is_some(), asked)? {

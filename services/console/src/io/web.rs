@@ -8,8 +8,8 @@ pub mod fed;
 mod guard;
 mod live;
 mod notice;
-mod pace;
 mod page_headers;
+mod rate_limit;
 mod server_identity;
 mod stop;
 #[cfg(test)]

@@ -56,8 +56,8 @@ impl Column {
     }
 
     fn next(self) -> Self {
-        let place = Self::ALL.iter().position(|column| *column == self).unwrap_or(0);
-        Self::ALL.get(place + 1).copied().unwrap_or(Self::Process)
+        let index = Self::ALL.iter().position(|column| *column == self).unwrap_or(0);
+        Self::ALL.get(index + 1).copied().unwrap_or(Self::Process)
     }
 
     /// Sorts the worst first.
@@ -124,8 +124,8 @@ impl Screen {
             'j' => self.switch_to(View::Joints),
             '?' => self.switch_to(View::Help),
             ESCAPE => self.view = View::Processes,
-            '↑' => self.move_by(|place| place.checked_sub(1)),
-            '↓' => self.move_by(|place| place.checked_add(1)),
+            '↑' => self.move_by(|index| index.checked_sub(1)),
+            '↓' => self.move_by(|index| index.checked_add(1)),
             _ => {}
         }
         true
@@ -153,8 +153,8 @@ impl Screen {
     }
 
     fn move_by(&mut self, step: impl Fn(usize) -> Option<usize>) {
-        let place = step(self.selected());
-        let process = place.and_then(|place| self.rows().get(place).map(|row| row.process.clone()));
+        let index = step(self.selected());
+        let process = index.and_then(|index| self.rows().get(index).map(|row| row.process.clone()));
         self.selected = process.or_else(|| self.selected.take());
     }
 }

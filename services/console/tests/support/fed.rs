@@ -166,7 +166,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(512))]
         #[test]
-        fn no_bytes_of_a_browser_do_harm(
+        fn arbitrary_bytes_of_a_browser_cause_no_panic(
             kind in 0_u8..4,
             words in proptest::collection::vec(prop_oneof![
                 Just(b"GET /live HTTP/1.1\r\n".to_vec()),

@@ -60,7 +60,7 @@ impl Memory {
     /// As [`Store::put`].
     pub fn keep(&mut self, kept: &Kept) -> Result<(), WriteError> {
         let head = Head { name: kept.task.clone() };
-        self.0.put(&kept.key, &head, kept.place, &kept.example)
+        self.0.put(&kept.key, &head, kept.index, &kept.example)
     }
 
     /// Stores tasks with all their examples, replacing tasks of the same name; atomic. Durable on return.

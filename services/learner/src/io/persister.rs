@@ -42,15 +42,15 @@ impl<E: Send + 'static> Persister<E> {
         mut keep: impl FnMut(&Kept) -> Result<(), E> + Send + 'static,
         again: Duration,
     ) -> std::io::Result<Self> {
-        let (to, orders) = unbounded::<Kept>();
+        let (to, examples) = unbounded::<Kept>();
         let (done, from) = unbounded();
         let work = move || {
             let mut owed = VecDeque::new();
             loop {
                 let order = if owed.is_empty() {
-                    orders.recv().map_err(|_| RecvTimeoutError::Disconnected)
+                    examples.recv().map_err(|_| RecvTimeoutError::Disconnected)
                 } else {
-                    orders.recv_timeout(again)
+                    examples.recv_timeout(again)
                 };
                 let mut wrong = None;
                 while let Some(oldest) = owed.pop_front() {
@@ -60,7 +60,7 @@ impl<E: Send + 'static> Persister<E> {
                         break;
                     }
                     // Sending fails only at shutdown, when the receiver is gone.
-                    let _told = done.send(Outcome::PersistedLate(oldest));
+                    let _sent = done.send(Outcome::PersistedLate(oldest));
                 }
                 match order {
                     Ok(kept) => {
@@ -71,7 +71,7 @@ impl<E: Send + 'static> Persister<E> {
                                 Outcome::Pending(kept, error)
                             }
                         };
-                        let _told = done.send(outcome);
+                        let _sent = done.send(outcome);
                     }
                     Err(RecvTimeoutError::Timeout) => {}
                     Err(RecvTimeoutError::Disconnected) => break,
@@ -126,21 +126,21 @@ mod tests {
 
     use super::*;
 
-    fn example(place: u64) -> Kept {
+    fn example(index: u64) -> Kept {
         let example = Example { teacher: 1, views: Vec::new() };
-        Kept { key: "task 1".to_owned(), task: "Task 1".to_owned(), place, example }
+        Kept { key: "task 1".to_owned(), task: "Task 1".to_owned(), index, example }
     }
 
     const SOON: Duration = Duration::from_millis(1);
     const NEVER: Duration = Duration::from_secs(3600);
 
     #[test]
-    fn acknowledged_only_when_durable_without_blocking() {
+    fn an_example_is_acknowledged_once_durable_without_blocking_the_caller() {
         let (disk, turns) = unbounded::<Result<(), &str>>();
         let mut persister = Persister::start(move |_| turns.recv().unwrap(), NEVER).unwrap();
         // The disk blocks; the caller does not.
-        for place in 0..3 {
-            persister.keep(example(place)).unwrap();
+        for index in 0..3 {
+            persister.keep(example(index)).unwrap();
         }
         assert_eq!(persister.kept(), None);
         disk.send(Ok(())).unwrap();
@@ -154,7 +154,7 @@ mod tests {
         // The disk has space again when the next example comes.
         (0..3).for_each(|_| disk.send(Ok(())).unwrap());
         persister.keep(example(3)).unwrap();
-        let became = [1, 2].map(|place| Outcome::PersistedLate(example(place)));
+        let became = [1, 2].map(|index| Outcome::PersistedLate(example(index)));
         for outcome in became.into_iter().chain([Outcome::Durable(example(3))]) {
             assert_eq!(persister.wait(), Ok(Some(outcome)));
         }
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_owed_is_tried_again_by_itself() {
+    fn a_failed_write_of_an_example_is_retried_until_it_succeeds() {
         let (disk, turns) = unbounded::<Result<(), &str>>();
         for turn in [Err("full"), Err("full"), Err("full"), Ok(())] {
             disk.send(turn).unwrap();
@@ -179,11 +179,11 @@ mod tests {
         let mut tries = 0;
         let keep = move |kept: &Kept| {
             tries += 1;
-            if tries < 60 { Err("full") } else { done.send(kept.place).map_err(|_| "gone") }
+            if tries < 60 { Err("full") } else { done.send(kept.index).map_err(|_| "gone") }
         };
         let mut persister = Persister::start(keep, NEVER).unwrap();
-        for place in 0..100 {
-            persister.keep(example(place)).unwrap();
+        for index in 0..100 {
+            persister.keep(example(index)).unwrap();
         }
         drop(persister);
         assert_eq!(count.iter().collect::<Vec<u64>>(), (0..100).collect::<Vec<u64>>());

@@ -7,7 +7,7 @@ use message::{
     Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Topic as _,
     Utterance, Utterances,
 };
-use process::{Failure, Launch, ProcessNode, Progress, state};
+use process::{Launch, ProcessError, ProcessNode, Progress, state};
 use store::{OpenError, StoreState};
 use tasks::Task;
 use transport::{Frame, FramePublisher, FrameSubscriber};
@@ -32,7 +32,7 @@ type StorageError = Box<dyn std::error::Error + Send + Sync>;
 /// # Errors
 ///
 /// The configuration is invalid, the store cannot be read, the domain cannot be joined, or the middleware failed.
-pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let leo = &robot.leo;
     let mut member = ProcessNode::join(launch, Process::Learner, &leo.buffers, &leo.learner.realtime)?;
     let mut beliefs = BeliefSubscribers::open(&member, launch.partners.unwrap_or(leo.belief.partners))?;
@@ -40,12 +40,14 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut joint_states = member.subscriber::<JointStates>(None)?;
     let mut events = member.publisher::<Events>(None, MAX_EVENTS_PER_FRAME)?;
     let mut goals = member.publisher::<JointGoals>(None, robot.motor.joints.len())?;
-    let (place, known, losses) = remembered(launch.state.as_deref())?;
-    let mut persister = Persister::start(place.into_writer(), STORE_RETRY_INTERVAL).map_err(Failure::own)?;
+    let (store, known, losses) = remembered(launch.state.as_deref())?;
+    let mut persister =
+        Persister::start(store.into_writer(), STORE_RETRY_INTERVAL).map_err(ProcessError::own)?;
     let mut reports = EventQueue::default();
     let mut late_joiner_replay = LateJoinerReplay::default();
-    let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failure::own)?.with_names(&leo.belief.names);
-    let body = LeoBody::new(robot).map_err(Failure::own)?;
+    let vocabulary =
+        Vocabulary::of(&robot.percepts).map_err(ProcessError::own)?.with_names(&leo.belief.names);
+    let body = LeoBody::new(robot).map_err(ProcessError::own)?;
     let mut learner =
         Learner::new(Settings::of(&leo.learner), vocabulary, &beliefs.perspectives(), body, known);
     let mut present_rad = vec![None; robot.motor.joints.len()];
@@ -88,7 +90,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             let Output { save, events: happened, goals: wanted } = output;
             publish_goals(&member, now.as_nanos(), &header, &wanted, &mut goals)?;
             reports.push(now.as_nanos(), save.len(), happened);
-            save.into_iter().try_for_each(|kept| persister.keep(kept)).map_err(Failure::own)?;
+            save.into_iter().try_for_each(|kept| persister.keep(kept)).map_err(ProcessError::own)?;
             if member.is_lockstep() {
                 // Disk latency is not part of simulated time.
                 await_persisted(now.as_nanos(), &mut persister, &mut reports)?;
@@ -157,8 +159,8 @@ fn await_persisted(
     now_ns: u64,
     persister: &mut Persister<StorageError>,
     reports: &mut EventQueue,
-) -> Result<(), Failure> {
-    while let Some(outcome) = persister.wait().map_err(Failure::own)? {
+) -> Result<(), ProcessError> {
+    while let Some(outcome) = persister.wait().map_err(ProcessError::own)? {
         report(now_ns, outcome, reports);
     }
     Ok(())
@@ -181,7 +183,10 @@ fn report(now_ns: u64, outcome: Outcome<StorageError>, reports: &mut EventQueue)
 }
 
 /// Publishes the reports that are ready: Leo only claims to have learned what is durable.
-fn publish_reports(reports: &mut EventQueue, events: &mut FramePublisher<Events>) -> Result<(), Failure> {
+fn publish_reports(
+    reports: &mut EventQueue,
+    events: &mut FramePublisher<Events>,
+) -> Result<(), ProcessError> {
     while let Some(Report { at_ns, events: happened, .. }) = reports.next() {
         for chunk in happened.chunks(MAX_EVENTS_PER_FRAME) {
             let nothing = Event::new(EventKind::Said, "", "");
@@ -198,7 +203,7 @@ fn publish_goals(
     header: &Header,
     wanted: &[JointGoal],
     goals: &mut FramePublisher<JointGoals>,
-) -> Result<(), Failure> {
+) -> Result<(), ProcessError> {
     if let Some(&first) = wanted.first() {
         let mut header = header.header_for_derived();
         header.valid_at_ns = now_ns;
@@ -216,7 +221,7 @@ struct BeliefSubscribers {
 }
 
 impl BeliefSubscribers {
-    fn open(member: &ProcessNode, partners: u32) -> Result<Self, Failure> {
+    fn open(member: &ProcessNode, partners: u32) -> Result<Self, ProcessError> {
         let mut inlets = Vec::new();
         for perspective in 0..=partners {
             // The last perspective of an instant is published last, so only it wakes the process.
@@ -242,7 +247,7 @@ impl BeliefSubscribers {
     }
 
     /// The next instant with a frame of every perspective. Frames without a counterpart are skipped.
-    fn next_instant(&mut self) -> Result<Option<Vec<Frame<Beliefs>>>, Failure> {
+    fn next_instant(&mut self) -> Result<Option<Vec<Frame<Beliefs>>>, ProcessError> {
         loop {
             for (slot, subscriber) in self.waiting.iter_mut().zip(&mut self.inlets) {
                 if slot.is_none() {
@@ -279,11 +284,11 @@ impl BeliefSubscribers {
 /// # Errors
 ///
 /// The store cannot be read or written; it is unchanged.
-pub fn check_memory(state: &Path) -> Result<(), Failure> {
+pub fn check_memory(state: &Path) -> Result<(), ProcessError> {
     match Memory::open(&state::learned(state)) {
-        Ok(mut memory) => memory.tasks().map(drop).map_err(Failure::own),
+        Ok(mut memory) => memory.tasks().map(drop).map_err(ProcessError::own),
         Err(OpenError::InUse { .. }) => Ok(()),
-        Err(error) => Err(Failure::own(error)),
+        Err(error) => Err(ProcessError::own(error)),
     }
 }
 
@@ -292,19 +297,19 @@ pub fn check_memory(state: &Path) -> Result<(), Failure> {
 /// # Errors
 ///
 /// The store has another version, or cannot be read.
-pub fn memory_state(state: &Path) -> Result<StoreState, Failure> {
-    StoreState::of(&state::learned(state)).map_err(Failure::own)
+pub fn memory_state(state: &Path) -> Result<StoreState, ProcessError> {
+    StoreState::of(&state::learned(state)).map_err(ProcessError::own)
 }
 
 /// Loads the store of a state directory. Returns where to store examples, the known tasks, and the losses to report.
-fn remembered(folder: Option<&Path>) -> Result<(MemoryStore, Vec<Task>, Vec<String>), Failure> {
+fn remembered(folder: Option<&Path>) -> Result<(MemoryStore, Vec<Task>, Vec<String>), ProcessError> {
     let Some(folder) = folder else { return Ok((MemoryStore::Disabled, Vec::new(), Vec::new())) };
     let file = state::learned(folder);
     let until = clock::now() + LOCK_TIMEOUT;
     loop {
         match Memory::open(&file) {
             Ok(mut memory) => {
-                let known = memory.tasks().map_err(Failure::own)?;
+                let known = memory.tasks().map_err(ProcessError::own)?;
                 let losses = memory.losses().to_vec();
                 if !losses.is_empty()
                     && let Err(error) = memory.said()
@@ -322,7 +327,7 @@ fn remembered(folder: Option<&Path>) -> Result<(MemoryStore, Vec<Task>, Vec<Stri
                 let why = format!("{busy}. Until its restart, this robot saves no learned tasks");
                 return Ok((MemoryStore::Locked(why), Vec::new(), Vec::new()));
             }
-            Err(error) => return Err(Failure::own(error)),
+            Err(error) => return Err(ProcessError::own(error)),
         }
     }
 }
@@ -336,7 +341,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let looks = Memory::open(&state::learned(folder.path())).unwrap();
         let begun = std::thread::scope(|scope| {
-            let begun = scope.spawn(|| remembered(Some(folder.path())).map(|(place, ..)| place));
+            let begun = scope.spawn(|| remembered(Some(folder.path())).map(|(store, ..)| store));
             clock::sleep_until(clock::now() + Duration::from_millis(100));
             drop(looks);
             begun.join().unwrap()
@@ -348,11 +353,11 @@ mod tests {
     fn an_unsaved_example_is_not_reported_as_saved() {
         let folder = tempfile::tempdir().unwrap();
         let _another = Memory::open(&state::learned(folder.path())).unwrap();
-        let Ok((place, known, _)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };
+        let Ok((store, known, _)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };
         assert!(known.is_empty());
         let example = tasks::Example { teacher: 1, views: Vec::new() };
-        let kept = Kept { key: "task 1".into(), task: "task 1".into(), place: 0, example };
-        let refused = place.into_writer()(&kept).unwrap_err();
+        let kept = Kept { key: "task 1".into(), task: "task 1".into(), index: 0, example };
+        let refused = store.into_writer()(&kept).unwrap_err();
         let file = state::learned(folder.path());
         let in_use = OpenError::InUse { path: file }.to_string();
         assert!(refused.to_string().contains(&in_use), "{refused}");

@@ -57,7 +57,7 @@ impl<B: Body> Learner<B> {
         }
         match sentence {
             Sentence::Teach(name) => self.begin_teaching(now, said, &name, present_rad, output),
-            Sentence::Done(names) => self.end_teaching(now, said.place, &names, output),
+            Sentence::Done(names) => self.end_teaching(now, said.timing, &names, output),
             Sentence::Do(name) => self.begin_performance(&name, output),
             // `process_stops` has already processed it.
             Sentence::Stop => {}

@@ -15,7 +15,7 @@ pub(super) struct PendingSentence {
     pub(super) text: String,
     said_at: Instant,
     heard_at: Instant,
-    pub(super) place: Timing,
+    pub(super) timing: Timing,
 }
 
 /// The relation of a sentence to the newest beliefs.
@@ -33,15 +33,15 @@ impl PendingSentence {
     pub(super) fn new(now: Instant, said_at: Instant, utterance: &Utterance) -> Self {
         let speaker = u16::try_from(utterance.speaker).unwrap_or(NOBODY);
         let text = utterance.text.as_str().to_owned();
-        Self { speaker, text, said_at, heard_at: now, place: Timing::Pending }
+        Self { speaker, text, said_at, heard_at: now, timing: Timing::Pending }
     }
 
     /// Updates the state of the sentence with the time of the newest beliefs, if any.
     pub(super) fn note(&mut self, now: Instant, believed_at: Option<Instant>) {
-        if self.place != Timing::Pending {
+        if self.timing != Timing::Pending {
             return;
         }
-        self.place = match believed_at {
+        self.timing = match believed_at {
             // Without any beliefs there is nothing to wait for.
             None => Timing::InTime,
             Some(at) if at >= self.said_at && at.since(self.said_at) <= MAX_BELIEF_LAG => Timing::InTime,
@@ -69,7 +69,7 @@ mod tests {
     fn noted(now: u64, believed: u64) -> Timing {
         let mut waiting = waiting();
         waiting.note(at(now), Some(at(believed)));
-        waiting.place
+        waiting.timing
     }
 
     #[test]
@@ -90,8 +90,8 @@ mod tests {
     fn timing_is_final_and_without_beliefs_there_is_no_wait() {
         let mut waiting = waiting();
         waiting.note(at(1100), None);
-        assert_eq!(waiting.place, Timing::InTime);
+        assert_eq!(waiting.timing, Timing::InTime);
         waiting.note(at(9000), Some(at(9000)));
-        assert_eq!(waiting.place, Timing::InTime);
+        assert_eq!(waiting.timing, Timing::InTime);
     }
 }

@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn two_bars_meet_by_how_they_are_turned() {
+    fn two_bars_collide_depending_on_their_orientations() {
         let bar = print([0.0, 0.0], [0.06, 0.02], 0.0);
         assert!(!bar.collides(&print([0.0, 0.06], [0.06, 0.02], 0.0)), "side by side");
         assert!(bar.collides(&print([0.0, 0.06], [0.06, 0.02], 90.0)), "across");

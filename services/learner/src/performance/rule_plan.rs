@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn fewer_things_than_the_number_are_told() {
+    fn too_few_objects_for_a_counted_rule_are_reported() {
         let missing = |selection, squares: usize| work(selection).missing(&row(&vec![true; squares]));
         let parts = "I see only 2 things that \"some of them filled\" is about";
         assert_eq!(missing(Selection::Exactly(3), 2).as_deref(), Some(parts));

@@ -2,11 +2,11 @@
 
 use message::EventKind;
 
-use super::table::Run;
+use super::harness::LearnerHarness;
 
 /// A demonstration after which either the red ones or the triangles may be meant.
-fn ambiguous() -> Run {
-    let mut run = Run::new(1, Vec::new());
+fn ambiguous() -> LearnerHarness {
+    let mut run = LearnerHarness::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "blue"], None);
     run.table.borrow_mut().things[0].shape = "triangle";
     run.steps(10);
@@ -18,7 +18,7 @@ fn ambiguous() -> Run {
 }
 
 #[test]
-fn an_answer_is_no_demonstration() {
+fn an_answer_is_not_counted_as_a_demonstration() {
     let mut run = ambiguous();
     run.say("Yes");
     assert_eq!(run.saved.last().unwrap().1.examples.len(), 2);
@@ -44,7 +44,7 @@ fn an_ambiguous_demonstration_is_asked_about_and_the_answer_counts() {
 }
 
 #[test]
-fn a_yes_to_a_performance_answers_no_earlier_question() {
+fn a_yes_after_a_performance_does_not_answer_an_earlier_question() {
     let mut run = ambiguous();
     run.say("Leo, do task 1");
     for _ in 0..100 {
@@ -68,7 +68,7 @@ fn answer_is_attributed_to_the_last_teacher() {
 }
 
 #[test]
-fn a_question_that_was_not_answered_is_dropped_when_a_showing_begins() {
+fn an_unanswered_question_is_dropped_when_a_demonstration_begins() {
     let mut run = ambiguous();
     run.say("Leo, I can teach you to do task 1");
     run.say("Yes");

@@ -3,30 +3,30 @@
 use message::EventKind;
 use tasks::{HypothesisLanguage, OnConflict, Settings};
 
-use super::table::Run;
+use super::harness::LearnerHarness;
 
 /// The perspective followed last, its rule, and the explanation of the difference.
-fn outcome(run: &Run) -> (Option<u16>, String, String) {
+fn outcome(run: &LearnerHarness) -> (Option<u16>, String, String) {
     let chosen = run.events.iter().rfind(|event| event.kind() == Some(EventKind::RuleChosen));
     let last = |kind| run.texts(kind).pop().unwrap_or_default();
     (chosen.map(|event| event.perspective), last(EventKind::RuleChosen), last(EventKind::Explained))
 }
 
 /// The last `count` sentences that Leo said.
-fn said(run: &Run, count: usize) -> Vec<String> {
+fn said(run: &LearnerHarness, count: usize) -> Vec<String> {
     let mut said = run.texts(EventKind::Said);
     said.split_off(said.len() - count)
 }
 
 /// Task 1 is demonstrated twice as in the paper, and then once with a red one left out that the teacher sees.
-fn with_a_slip(on_conflict: OnConflict) -> Run {
-    let mut run = Run::with(1, Vec::new(), on_conflict);
+fn with_a_slip(on_conflict: OnConflict) -> LearnerHarness {
+    let mut run = LearnerHarness::with(1, Vec::new(), on_conflict);
     run.teach();
     slip(&mut run);
     run
 }
 
-fn slip(run: &mut Run) {
+fn slip(run: &mut LearnerHarness) {
     run.lay_anew(&["green", "yellow", "red", "blue"], Some(3));
     run.say("Leo, I can teach you to do task 1");
     run.steps(20);
@@ -38,7 +38,7 @@ fn slip(run: &mut Run) {
 
 #[test]
 fn with_conflict_own_leo_follows_its_view_and_names_the_teachers_rule() {
-    let mut run = Run::with(1, Vec::new(), OnConflict::Own);
+    let mut run = LearnerHarness::with(1, Vec::new(), OnConflict::Own);
     run.teach();
     let (followed, rule, why) = outcome(&run);
     assert_eq!((followed, rule.as_str()), (Some(0), "all but blue"));
@@ -55,7 +55,7 @@ fn with_conflict_own_leo_follows_its_view_and_names_the_teachers_rule() {
 
 #[test]
 fn an_explained_conflict_is_resolved_for_the_teacher_and_explained() {
-    let mut run = Run::with(1, Vec::new(), OnConflict::Resolve);
+    let mut run = LearnerHarness::with(1, Vec::new(), OnConflict::Resolve);
     run.teach();
     let (followed, rule, why) = outcome(&run);
     assert_eq!((followed, rule.as_str()), (Some(1), "all"));
@@ -118,7 +118,7 @@ fn answer_decides_which_schema_is_followed() {
 
 #[test]
 fn without_a_previous_rule_leo_declines_and_asks_again() {
-    let mut run = Run::with(1, Vec::new(), OnConflict::Resolve);
+    let mut run = LearnerHarness::with(1, Vec::new(), OnConflict::Resolve);
     run.lay_anew(&["red", "yellow"], Some(1));
     run.say("Leo, I can teach you to do task 1");
     run.steps(20);
@@ -147,7 +147,7 @@ fn objects_left_out_of_a_number_need_no_explanation() {
     for on_conflict in [OnConflict::Human, OnConflict::Resolve] {
         let settings =
             Settings { on_conflict, language: HypothesisLanguage::Extended, ..Settings::default() };
-        let mut run = Run::learning(1, Vec::new(), settings);
+        let mut run = LearnerHarness::learning(1, Vec::new(), settings);
         let showings: [(&[&str], &[usize]); 2] = [
             (&["red", "red", "green", "yellow", "blue"], &[0, 2, 3]),
             (&["green", "yellow", "yellow", "red", "red", "blue"], &[0, 1, 3, 4]),
@@ -171,9 +171,9 @@ fn objects_left_out_of_a_number_need_no_explanation() {
 }
 
 #[test]
-fn where_both_views_agree_no_policy_makes_a_difference() {
+fn every_conflict_policy_gives_one_result_if_both_views_agree() {
     let taught = |on_conflict| {
-        let mut run = Run::with(1, Vec::new(), on_conflict);
+        let mut run = LearnerHarness::with(1, Vec::new(), on_conflict);
         run.hidden_from = Some(2);
         run.teach();
         run.events

@@ -3,11 +3,11 @@
 use message::EventKind;
 use motion::Skill;
 
-use super::table::Run;
+use super::harness::LearnerHarness;
 
 #[test]
 fn stop_is_obeyed_at_once_for_every_speaker() {
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     run.teach();
     run.perform_with(&[], |run| {
         run.steps(3);
@@ -20,7 +20,7 @@ fn stop_is_obeyed_at_once_for_every_speaker() {
 
 #[test]
 fn stop_is_obeyed_while_objects_are_unidentified() {
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     run.teach();
     run.perform_with(&[], |run| {
         run.steps(3);
@@ -34,11 +34,11 @@ fn stop_is_obeyed_while_objects_are_unidentified() {
 
 #[test]
 fn a_task_requested_before_stop_does_not_begin_after_it() {
-    let mut at_once = Run::new(1, Vec::new());
+    let mut at_once = LearnerHarness::new(1, Vec::new());
     at_once.teach();
     at_once.lay_anew(&["red", "green"], None);
     at_once.say_at_once(&["Leo, do task 1", "Stop!"]);
-    let mut queued = Run::new(1, Vec::new());
+    let mut queued = LearnerHarness::new(1, Vec::new());
     queued.teach();
     queued.lay_anew(&["red", "green"], None);
     queued.restart_belief();
@@ -60,7 +60,7 @@ fn a_task_requested_before_stop_does_not_begin_after_it() {
 
 #[test]
 fn demonstrations_before_stop_count_and_the_requested_task_may_be_corrected() {
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     run.teach();
     run.lay_anew(&["red", "green"], None);
     run.say("Leo, I can teach you to do task 2");
@@ -80,8 +80,8 @@ fn demonstrations_before_stop_count_and_the_requested_task_may_be_corrected() {
 }
 
 /// Leo performs task 1 during a demonstration of task 2, until two holes are filled.
-fn a_task_in_a_task() -> Run {
-    let mut run = Run::new(1, Vec::new());
+fn a_task_in_a_task() -> LearnerHarness {
+    let mut run = LearnerHarness::new(1, Vec::new());
     run.teach();
     run.lay_anew(&["red", "green", "yellow", "red"], None);
     run.say("Leo, I can teach you to do task 2");
@@ -97,7 +97,7 @@ fn a_task_in_a_task() -> Run {
 }
 
 /// The executables of a task's last example in the robot's own view: the actor, the task and the number of holes.
-fn deeds_of(run: &Run, task: &str) -> Vec<(u16, Option<String>, usize)> {
+fn deeds_of(run: &LearnerHarness, task: &str) -> Vec<(u16, Option<String>, usize)> {
     let task = run.task(task);
     let filled = tasks::Effect::State { name: "filled".to_owned(), on: true };
     let executables = &task.examples.last().unwrap().view(0).unwrap().executables;
@@ -108,7 +108,7 @@ fn deeds_of(run: &Run, task: &str) -> Vec<(u16, Option<String>, usize)> {
 }
 
 #[test]
-fn acts_of_leo_before_a_stop_are_its_own() {
+fn actions_of_leo_before_a_stop_are_attributed_to_leo() {
     let leos = || (0, Some("task 1".to_owned()), 2);
     let mut run = a_task_in_a_task();
     run.say("Stop!");

@@ -4,28 +4,28 @@ use clock::Duration;
 use message::EventKind;
 use tasks::Task;
 
-use super::table::Run;
+use super::harness::LearnerHarness;
 
 /// The last sentence that Leo said.
-fn last_said(run: &Run) -> String {
+fn last_said(run: &LearnerHarness) -> String {
     run.texts(EventKind::Said).pop().unwrap()
 }
 
 /// The last sentence with these words.
-fn said_with(run: &Run, words: &str) -> String {
+fn said_with(run: &LearnerHarness, words: &str) -> String {
     let mut said = run.texts(EventKind::Said);
     said.retain(|text| text.contains(words));
     said.pop().unwrap_or_else(|| panic!("nothing is said of {words}"))
 }
 
 /// Asserts that Leo asked last, about this thing.
-fn assert_asked_about(run: &Run, thing: &str) {
+fn assert_asked_about(run: &LearnerHarness, thing: &str) {
     let said = last_said(run);
     assert!(said.contains(thing) && said.ends_with('?'), "{said}");
 }
 
 /// A demonstration in which a peg is inserted into one of the blocks.
-fn fill_one(run: &mut Run, colours: &[&'static str], block: usize) {
+fn fill_one(run: &mut LearnerHarness, colours: &[&'static str], block: usize) {
     run.lay_anew(colours, None);
     run.say("Leo, I can teach you to do task 1");
     run.insert(0, block);
@@ -35,7 +35,7 @@ fn fill_one(run: &mut Run, colours: &[&'static str], block: usize) {
 
 #[test]
 fn contradicting_demonstrations_are_reported_and_kept() {
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     fill_one(&mut run, &["red", "green"], 1);
     let told = said_with(&run, "2 examples: ");
@@ -50,7 +50,7 @@ fn contradicting_demonstrations_are_reported_and_kept() {
 
 #[test]
 fn leo_asks_about_counter_examples_once_per_kind() {
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     fill_one(&mut run, &["red", "green", "yellow"], 1);
     fill_one(&mut run, &["red", "green", "yellow"], 0);
@@ -70,7 +70,7 @@ fn leo_asks_about_counter_examples_once_per_kind() {
 
 #[test]
 fn counter_example_is_asked_about_without_informative_query() {
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     for _ in 0..3 {
         run.lay_anew(&["red", "red"], None);
         run.say("Leo, I can teach you to do task 1");
@@ -89,7 +89,7 @@ fn counter_example_is_asked_about_without_informative_query() {
 
 #[test]
 fn teaching_a_task_again_adds_an_example_and_reports_it() {
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     run.say("Leo, I can teach you to do TASK 1!");
     insta::assert_snapshot!(last_said(&run));
@@ -97,7 +97,7 @@ fn teaching_a_task_again_adds_an_example_and_reports_it() {
 
 #[test]
 fn a_vanished_object_is_reported_and_the_rest_counts() {
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     run.lay_anew(&["red", "green", "blue"], None);
     run.say("Leo, I can teach you to do task 1");
     run.insert(0, 0);
@@ -113,7 +113,7 @@ fn a_vanished_object_is_reported_and_the_rest_counts() {
 
 #[test]
 fn a_demonstration_without_changes_keeps_what_was_learned() {
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     let saved = run.saved.len();
     run.say("Leo, I can teach you to do task 1");
@@ -124,12 +124,12 @@ fn a_demonstration_without_changes_keeps_what_was_learned() {
 }
 
 #[test]
-fn a_thousand_showings_are_learned_from() {
-    let mut shown = Run::new(1, Vec::new());
+fn a_rule_is_learned_from_a_thousand_demonstrations() {
+    let mut shown = LearnerHarness::new(1, Vec::new());
     shown.teach();
     let taught = shown.task("task 1");
     let examples = taught.examples.iter().cycle().take(1000).cloned().collect();
-    let mut run = Run::new(1, vec![Task { name: taught.name.clone(), examples }]);
+    let mut run = LearnerHarness::new(1, vec![Task { name: taught.name.clone(), examples }]);
     run.demonstrate(&["red", "green", "yellow", "red", "blue"], |_| {});
     assert!(said_with(&run, "1001 examples: ").ends_with(": all filled"));
     run.perform(&[]);
@@ -139,21 +139,21 @@ fn a_thousand_showings_are_learned_from() {
 #[test]
 fn a_demonstration_counts_only_with_timely_start_and_end() {
     let (soon, late) = (Duration::from_millis(800), Duration::from_millis(1200));
-    let mut run = Run::new(1, Vec::new());
+    let mut run = LearnerHarness::new(1, Vec::new());
     run.lay_anew(&["red", "green"], None);
     run.steps(300);
     run.say("Leo, I can teach you to do task 1");
     run.insert(0, 0);
     // The teacher lays the next objects meanwhile, so the current state is not what was demonstrated.
     run.say_late("Task 1 is done", late);
-    let mut worded = vec![last_said(&run)];
+    let mut wording = vec![last_said(&run)];
     assert!(run.saved.is_empty(), "nothing is learned of it");
 
     run.say_late("Leo, I can teach you to do task 1", late);
-    worded.push(last_said(&run));
+    wording.push(last_said(&run));
     run.say("Task 1 is done");
-    worded.push(last_said(&run));
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(last_said(&run));
+    insta::assert_snapshot!(wording.join("\n"));
 
     run.say_late("Leo, I can teach you to do task 1", soon);
     run.insert(1, 1);

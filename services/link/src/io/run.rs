@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 use config::Robot;
 use config::leo::{Link, Side};
 use message::{Header, LinkHealth, Process, TopicId};
-use process::{Failure, Launch, ProcessNode, Progress};
+use process::{Launch, ProcessError, ProcessNode, Progress};
 use quantity::number::saturating_u64;
 
 use crate::compatibility::{Compatibility, IncompatiblePeer};
@@ -38,7 +38,7 @@ pub fn check(link: &Link) -> Result<(), KeyError> {
 ///
 /// The domain cannot be joined, the keys cannot be used, or the middleware failed. A failed network
 /// connection is no error: it is retried.
-pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let (leo, link) = (&robot.leo, &robot.leo.link);
     let mut member = ProcessNode::join(launch, Process::Link, &leo.buffers, &link.realtime)?;
     let perspectives = leo.belief.perspectives(launch.partners.unwrap_or(leo.belief.partners));
@@ -55,13 +55,13 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         ..LinkRuntime::new(Compatibility::of(robot, perspectives), &here, clock::now())
     };
     let mut subscribers = TopicReaders::open(&member, &here)?;
-    let net = Net::start(link, carrier.compatibility).map_err(Failure::own)?;
+    let net = Net::start(link, carrier.compatibility).map_err(ProcessError::own)?;
     let mut board = member.board()?;
     let mut tell_at = clock::now();
     member.begin(Some(link.link_rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
         if net.is_over() {
-            return Err(Failure::own("the link's network thread has ended"));
+            return Err(ProcessError::own("the link's network thread has ended"));
         }
         subscribers.take(&mut |topic, place, bytes| carrier.session.push(now, topic, place, bytes))?;
         carrier.session.latched_subscribers += u64::from(carrier.publishers.has_new_subscribers());
@@ -125,7 +125,7 @@ impl LinkRuntime {
 
     /// Processes received messages and publishes new frames: reliable ones in order, then the newest of the
     /// others.
-    fn receive_and_publish(&mut self, net: &Net) -> Result<(), Failure> {
+    fn receive_and_publish(&mut self, net: &Net) -> Result<(), ProcessError> {
         let mut newest = BTreeMap::<(bool, TopicId), (Frame, i64)>::new();
         while let Some(Message { sort, at, bytes }) = net.receive() {
             self.health.bytes_received += saturating_u64(bytes.len());
@@ -145,7 +145,7 @@ impl LinkRuntime {
                 }
             };
             let Some(came) = came else { continue };
-            let Some((delay, ahead_ns)) = came.way else { continue };
+            let Some((delay, ahead_ns)) = came.transit else { continue };
             self.health.delay.record(clock::nanos(delay));
             self.pending_frames.extend(came.new.said.into_iter().map(|frame| (frame, ahead_ns)));
             for frame in came.new.newest {
@@ -157,7 +157,7 @@ impl LinkRuntime {
     }
 
     /// Publishes pending reliable frames in order, rate-limited by topic.
-    fn publish_pending(&mut self) -> Result<(), Failure> {
+    fn publish_pending(&mut self) -> Result<(), ProcessError> {
         let beyond = self.pending_frames.len().saturating_sub(MAX_PENDING_FRAMES);
         self.health.refused += saturating_u64(self.pending_frames.drain(..beyond).len());
         let now = clock::now();
@@ -187,7 +187,7 @@ impl LinkRuntime {
     }
 
     /// Publishes a frame after its timestamps are converted; `ahead_ns` is this clock minus the peer's.
-    fn publish(&mut self, frame: &Frame, ahead_ns: i64) -> Result<(), Failure> {
+    fn publish(&mut self, frame: &Frame, ahead_ns: i64) -> Result<(), ProcessError> {
         let Some(instants) = self.instants.get(&frame.topic) else {
             self.health.refused += 1;
             return Ok(());

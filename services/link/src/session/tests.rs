@@ -7,7 +7,7 @@ use crate::wire::Frame;
 
 /// A one-way network: messages in flight with their delivery times, in order.
 #[derive(Default)]
-struct Way {
+struct Direction {
     messages: VecDeque<(u64, Message)>,
 }
 
@@ -29,10 +29,10 @@ struct Heard {
 struct World {
     robot: Session,
     away: Session,
-    there: Way,
-    back: Way,
+    there: Direction,
+    back: Direction,
     heard: Heard,
-    ways: Vec<(Duration, i64)>,
+    transits: Vec<(Duration, i64)>,
 }
 
 fn clock_of(ms: u64, ahead_ns: u64) -> Instant {
@@ -45,10 +45,10 @@ impl World {
         Self {
             robot: Session::new(11, &topics, clock_of(0, 0)),
             away: Session::new(22, &[], clock_of(0, AHEAD_NS)),
-            there: Way::default(),
-            back: Way::default(),
+            there: Direction::default(),
+            back: Direction::default(),
             heard: Heard::default(),
-            ways: Vec::new(),
+            transits: Vec::new(),
         }
     }
 
@@ -60,7 +60,7 @@ impl World {
                 Message::Heartbeat(pulse) => self.away.receive_heartbeat(there, &pulse),
                 Message::Batch(bundle) => {
                     let came = self.away.receive_batch(there, bundle).unwrap();
-                    self.ways.extend(came.way);
+                    self.transits.extend(came.transit);
                     self.heard.said.extend(came.new.said.iter().map(|frame: &Frame| frame.bytes[0]));
                     self.heard.newest.extend(came.new.newest.iter().map(|frame| frame.bytes[0]));
                 }
@@ -73,11 +73,11 @@ impl World {
         }
         self.robot.listen(here);
         self.away.listen(there);
-        let mut send = |way: &mut Way, message| {
+        let mut send = |direction: &mut Direction, message| {
             if let Some(takes) = carries() {
                 // In order, as on one connection.
-                let due = (ms + takes).max(way.messages.back().map_or(0, |(due, _)| *due));
-                way.messages.push_back((due, message));
+                let due = (ms + takes).max(direction.messages.back().map_or(0, |(due, _)| *due));
+                direction.messages.push_back((due, message));
             }
         };
         if let Some(pulse) = self.robot.pulse(here) {
@@ -133,28 +133,28 @@ proptest! {
 }
 
 #[test]
-fn a_way_is_measured_across_two_clocks() {
+fn the_transmission_delay_is_measured_across_two_clocks() {
     let mut world = World::new();
     for ms in (0..2_000).step_by(5) {
         world.robot.push(clock_of(ms, 0), TopicId::Scene, (1, ms), bytes(0));
         world.cycle(ms, || Some(40));
     }
-    assert!(world.ways.len() > 200, "{}", world.ways.len());
-    for (way, ahead_ns) in &world.ways {
+    assert!(world.transits.len() > 200, "{}", world.transits.len());
+    for (direction, ahead_ns) in &world.transits {
         let wrong = world.away.offset.error(clock_of(2_000, AHEAD_NS)).unwrap();
         let off = i64::try_from(AHEAD_NS).unwrap() - ahead_ns;
         assert!(off.unsigned_abs() <= clock::nanos(wrong), "{off} ns off, {wrong:?} at most");
-        assert!(way.as_millis().abs_diff(40) <= wrong.as_millis() + 5, "{way:?}");
+        assert!(direction.as_millis().abs_diff(40) <= wrong.as_millis() + 5, "{direction:?}");
     }
 }
 
 #[test]
-fn nothing_is_accepted_before_the_peers_clock_is_known() {
+fn no_frame_is_accepted_before_the_peers_clock_offset_is_known() {
     let mut away = Session::new(1, &[], clock_of(0, 0));
     let frames = vec![Frame { topic: TopicId::Events, bytes: bytes(1) }];
     let bundle = Batch { epoch: 5, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 1, frames };
     let came = away.receive_batch(clock_of(1, 0), bundle).unwrap();
-    assert!(came.way.is_none() && came.new.said.is_empty());
+    assert!(came.transit.is_none() && came.new.said.is_empty());
     assert_eq!(away.inbox.heard(), (0, 0, 0));
 }
 
@@ -208,7 +208,7 @@ fn a_peer_claiming_a_delay_of_hours_times_out_in_seconds() {
 }
 
 #[test]
-fn a_restarted_link_of_the_peer_is_no_second_peer() {
+fn a_restarted_link_of_the_peer_is_recognised_as_the_same_peer() {
     let mut robot = Session::new(11, &[], clock_of(0, 0));
     robot.receive_heartbeat(clock_of(0, 0), &pulse_of(22));
     for ms in (50..3_000).step_by(50) {

@@ -27,7 +27,7 @@ fn fill(table: &mut SlotTable, now_ms: &mut u64, of: IpAddr) -> Vec<u64> {
 }
 
 #[test]
-fn an_address_has_some_slots_and_takes_none_of_another() {
+fn an_address_gets_its_own_slots_and_takes_none_of_another() {
     let mut table = SlotTable::default();
     let mut taken: Vec<u64> =
         (0..99).map_while(|_| table.take(at(0), numbered(1))).map(|slot| slot.number).collect();

@@ -242,7 +242,7 @@ impl End {
             assert_eq!(bundle.to_bytes(self.compatibility), bytes, "a bundle is its bytes");
             let (frames, numbered, epoch) = (bundle.frames.clone(), bundle.numbered, bundle.epoch);
             if let Some(came) = self.session.receive_batch(self.now, bundle) {
-                if came.way.is_some() && std::mem::replace(&mut self.epoch, epoch) != epoch {
+                if came.transit.is_some() && std::mem::replace(&mut self.epoch, epoch) != epoch {
                     // Acknowledgements restart with a new epoch.
                     self.told = (0, 0);
                 }
@@ -253,11 +253,11 @@ impl End {
 
     /// Published frames are from the batch, each at most once, and in its order.
     fn publish(&mut self, came: &ReceivedBatch, frames: &[Frame], numbered: usize) {
-        let ReceivedBatch { new, way } = came;
+        let ReceivedBatch { new, transit } = came;
         if new.said.is_empty() && new.newest.is_empty() {
             return;
         }
-        let (_delay, ahead_ns) = way.expect("nothing is published before the clocks are known");
+        let (_delay, ahead_ns) = transit.expect("nothing is published before the clocks are known");
         let (newest, said) = frames.split_at(frames.len() - numbered);
         assert_eq!(new.newest, newest);
         assert!(said.windows(new.said.len().max(1)).any(|some| some == new.said) || new.said.is_empty());

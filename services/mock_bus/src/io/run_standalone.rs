@@ -55,15 +55,15 @@ pub enum StandaloneError {
 pub fn run_standalone(
     robot: &Motor,
     folder: &Path,
-    orders: &StandaloneOptions,
+    options: &StandaloneOptions,
     stop: &AtomicBool,
     out: &mut impl Write,
 ) -> Result<(), StandaloneError> {
     if !robot.buses.iter().any(|bus| bus.device == Device::Mock) {
         return Err(StandaloneError::NoMock);
     }
-    let mut control = Control::new(robot, orders)?;
-    let faults = Faults { injections: control.all(), ..orders.faults.clone() };
+    let mut control = Control::new(robot, options)?;
+    let faults = Faults { injections: control.all(), ..options.faults.clone() };
     let ptys = MockBuses::with_faults(robot, folder, false, &faults)?;
     for (bus, link) in ptys.links() {
         writeln!(out, "{}", describe(robot, bus, link, faults.seed))?;
@@ -90,10 +90,10 @@ pub fn run_standalone(
 
 /// A line about a bus: its name, its link, its baud rate, its servos and the seed.
 fn describe(robot: &Motor, bus: &str, link: &Path, seed: u64) -> String {
-    let place = robot.buses.iter().position(|each| each.name == bus);
+    let index = robot.buses.iter().position(|each| each.name == bus);
     let baud = robot.buses.iter().find(|each| each.name == bus).map_or(0, |bus| bus.baud);
     let mut models: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
-    for joint in robot.joints.iter().filter(|joint| Some(joint.bus) == place) {
+    for joint in robot.joints.iter().filter(|joint| Some(joint.bus) == index) {
         models.entry(joint.model.name()).or_default().push(joint.id);
     }
     let servos: Vec<String> =
@@ -141,11 +141,11 @@ struct Control<'a> {
 }
 
 impl<'a> Control<'a> {
-    fn new(robot: &'a Motor, orders: &'a StandaloneOptions) -> Result<Self, StandaloneError> {
-        let file = orders.file.as_deref();
+    fn new(robot: &'a Motor, options: &'a StandaloneOptions) -> Result<Self, StandaloneError> {
+        let file = options.file.as_deref();
         let mut control = Self {
             robot,
-            commanded: orders.faults.injections.clone(),
+            commanded: options.faults.injections.clone(),
             file,
             seen: None,
             text: None,
@@ -198,7 +198,7 @@ impl<'a> Control<'a> {
                     self.changed = true;
                     vec![format!("on: {}", rest.trim())]
                 }
-                Err(bad) => vec![bad.to_string()],
+                Err(error) => vec![error.to_string()],
             },
             "clear" => {
                 self.commanded.clear();

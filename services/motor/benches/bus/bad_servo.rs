@@ -3,7 +3,7 @@
 use clock::Duration;
 use rustypot::DynamixelProtocolHandler;
 
-use crate::rig::{Rig, Way};
+use crate::rig::{ReadMethod, Rig};
 use crate::{REPLY_TIMEOUT, SERVOS, micros, quantile};
 
 /// No fault.
@@ -65,15 +65,15 @@ impl Cost {
     }
 }
 
-fn with_a_bad_servo(way: Way, fault: &str) -> Cost {
+fn with_a_bad_servo(method: ReadMethod, fault: &str) -> Cost {
     let (mut kept, mut times) = (Vec::new(), Vec::new());
     // A servo that has reported an alert or an error is not read again.
     let is_once = fault.starts_with("alert") || fault.starts_with("error");
     let (repeats, cycles) = if is_once { (TIMES / 4, 1) } else { (TIMES, CYCLES) };
-    let mut rig = Rig::read_by(way, 4_000_000);
+    let mut rig = Rig::read_by(method, 4_000_000);
     for _ in 0..repeats {
         if is_once {
-            rig = Rig::read_by(way, 4_000_000);
+            rig = Rig::read_by(method, 4_000_000);
         }
         rig.come_up();
         for _ in 0..CALM {
@@ -91,8 +91,8 @@ fn with_a_bad_servo(way: Way, fault: &str) -> Cost {
 }
 
 /// The same for `rustypot`.
-fn rustypot_with_a_bad_servo(way: Way, fault: &str) -> Cost {
-    let rig = Rig::read_by(way, 4_000_000);
+fn rustypot_with_a_bad_servo(method: ReadMethod, fault: &str) -> Cost {
+    let rig = Rig::read_by(method, 4_000_000);
     let Rig { ptys, folder, line, .. } = rig;
     drop(line);
     let path = folder.path().join("bus-only");
@@ -103,9 +103,9 @@ fn rustypot_with_a_bad_servo(way: Way, fault: &str) -> Cost {
     let (mut kept, mut times) = (Vec::new(), Vec::new());
     for _ in 0..40 {
         let begun = clock::now();
-        let read = match way {
-            Way::FastRead => master.fast_sync_read(port.as_mut(), &ids, 120, 16),
-            Way::PlainRead => master.sync_read(port.as_mut(), &ids, 120, 16),
+        let read = match method {
+            ReadMethod::FastRead => master.fast_sync_read(port.as_mut(), &ids, 120, 16),
+            ReadMethod::PlainRead => master.sync_read(port.as_mut(), &ids, 120, 16),
         };
         times.push(clock::now().since(begun));
         kept.push(read.map_or(0, |read| read.len()));
@@ -123,27 +123,27 @@ pub(crate) fn measure() -> bool {
          timeout"
     );
     let mut costs_one = true;
-    for (way, what, faults) in [
-        (Way::FastRead, "fast sync read: one chained reply", IN_A_CHAIN),
-        (Way::PlainRead, "sync read: one reply per servo (firmware 44)", BY_ITSELF),
+    for (method, what, faults) in [
+        (ReadMethod::FastRead, "fast sync read: one chained reply", IN_A_CHAIN),
+        (ReadMethod::PlainRead, "sync read: one reply per servo (firmware 44)", BY_ITSELF),
     ] {
         println!(
             "{what}\n{:<20} | {:>6} {:>6} {:>8} {:>8} {:>6} | {:>8} {:>8} {:>8}",
             "fault", "Leo", "min", "p50", "max", "lost", "rustypot", "p50", "max"
         );
-        costs_one &= table(way, faults);
+        costs_one &= table(method, faults);
     }
     costs_one
 }
 
 /// Prints the cost of each fault. Returns whether each costs at most one servo.
-fn table(way: Way, faults: [&str; 9]) -> bool {
+fn table(method: ReadMethod, faults: [&str; 9]) -> bool {
     let answer = Duration::from_nanos(ANSWER_BYTES * 10 * 1_000_000_000 / 4_000_000);
     let turn = micros(answer + REPLY_TIMEOUT);
     let (mut well, mut costs_one) = (None, true);
     for fault in [WELL].into_iter().chain(faults) {
-        let Cost { kept, min, p50, max } = with_a_bad_servo(way, fault);
-        let others = rustypot_with_a_bad_servo(way, fault);
+        let Cost { kept, min, p50, max } = with_a_bad_servo(method, fault);
+        let others = rustypot_with_a_bad_servo(method, fault);
         let name = if fault == WELL { "none" } else { fault };
         let well = *well.get_or_insert(p50);
         costs_one &= kept + 1 >= usize::from(SERVOS);

@@ -69,8 +69,8 @@ pub(crate) fn measure() -> bool {
 fn slowest(run: impl Fn() -> Ran + Sync) -> Ran {
     thread::scope(|threads| {
         let buses: Vec<_> = (0..BUSES).map(|_| threads.spawn(&run)).collect();
-        let ran = buses.into_iter().map(|bus| bus.join().expect("runs"));
-        ran.min_by(|one, other| one.usual.total_cmp(&other.usual)).expect("a bus")
+        let rates = buses.into_iter().map(|bus| bus.join().expect("runs"));
+        rates.min_by(|one, other| one.usual.total_cmp(&other.usual)).expect("a bus")
     })
 }
 

@@ -28,7 +28,7 @@ fn robot_of(baud: u32) -> config::motor::Motor {
 
 /// How servos are read.
 #[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Way {
+pub(crate) enum ReadMethod {
     /// With fast sync read.
     FastRead,
     /// With sync read, because their firmware is old.
@@ -64,14 +64,14 @@ pub(crate) fn put_up(robot: &config::motor::Motor, folder: &std::path::Path) -> 
 
 impl Rig {
     pub(crate) fn new(baud: u32) -> Self {
-        Self::read_by(Way::FastRead, baud)
+        Self::read_by(ReadMethod::FastRead, baud)
     }
 
-    pub(crate) fn read_by(way: Way, baud: u32) -> Self {
+    pub(crate) fn read_by(method: ReadMethod, baud: u32) -> Self {
         let robot = robot_of(baud);
         let folder = tempfile::tempdir().expect("a folder");
         let ptys = put_up(&robot, folder.path());
-        if way == Way::PlainRead {
+        if method == ReadMethod::PlainRead {
             let servos = ptys.servos("only").expect("a bus");
             for servo in &mut servos.lock().expect("no panic").line.servos {
                 *servo = servo.clone().with_firmware(OLD_FIRMWARE);

@@ -122,7 +122,7 @@ fn trickling_noise_delays_the_bus_by_at_most_one_turn_per_servo() {
 }
 
 #[test]
-fn what_a_lost_line_left_is_not_counted_when_it_is_back() {
+fn bytes_left_by_a_lost_line_are_not_counted_after_its_return() {
     let (ids, line) = two_servos();
     let mut port = Torn { line, there: Vec::new(), breaks: true };
     let (request, mut replies) = (question(ids), Replies::default());
@@ -242,7 +242,7 @@ fn one_bad_servo_costs_one_servo_and_one_turn() {
 }
 
 #[test]
-fn what_an_adapter_gives_back_is_not_taken_for_late() {
+fn an_echo_of_the_adapter_is_not_counted_as_late_reply() {
     let ids: Vec<u8> = (1..=3).collect();
     let asked_ids = || ids.iter().filter_map(|id| Id::new(*id));
     let length = Reading::ITEM.length;
@@ -268,7 +268,7 @@ fn what_an_adapter_gives_back_is_not_taken_for_late() {
 }
 
 #[test]
-fn an_answer_to_an_earlier_question_is_late_by_its_bytes() {
+fn a_reply_to_an_earlier_request_is_detected_by_its_length() {
     let (ids, line) = two_servos();
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
     let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
@@ -360,7 +360,11 @@ fn a_slow_line_loses_nothing_once_the_reply_timeout_has_grown() {
         port.now += Duration::from_millis(10);
         master.exchange(&mut port, &request, &mut replies);
         let heard = replies.about(PartKind::PlainRead).count();
-        assert!(heard == 2 || exchange < 5, "{heard} in exchange {exchange}, {:?}", master.patience);
+        assert!(heard == 2 || exchange < 5, "{heard} in exchange {exchange}, {:?}", master.reply_timeout);
     }
-    assert!(master.patience.now >= TARDY && master.patience.now < 2 * TARDY, "{:?}", master.patience);
+    assert!(
+        master.reply_timeout.now >= TARDY && master.reply_timeout.now < 2 * TARDY,
+        "{:?}",
+        master.reply_timeout
+    );
 }

@@ -1,7 +1,7 @@
 //! End of the motor process: either every servo has confirmed torque off, or the silent servos are reported.
 
 use config::Robot;
-use process::{Failure, Launch};
+use process::{Launch, ProcessError};
 use realtime::ParentError;
 
 /// How long a line may stay in use by an earlier motor process that is ending.
@@ -9,8 +9,8 @@ const BUSY_TIMEOUT: clock::Duration = clock::Duration::from_secs(4);
 
 /// Handles a failure to join the robot. If the supervisor is already dead, no other process switches off torque left
 /// on by an earlier process, so it is switched off here.
-pub(crate) fn could_not_join(failure: Failure, launch: &Launch, robot: &Robot) -> Failure {
-    if !matches!(failure, Failure::Parent(ParentError::Gone { .. })) {
+pub(crate) fn could_not_join(failure: ProcessError, launch: &Launch, robot: &Robot) -> ProcessError {
+    if !matches!(failure, ProcessError::Parent(ParentError::Gone { .. })) {
         return failure;
     }
     tracing::error!(
@@ -29,7 +29,7 @@ pub(crate) fn could_not_join(failure: Failure, launch: &Launch, robot: &Robot) -
 /// # Errors
 ///
 /// Servos have not confirmed. The supervisor, or the guard if the supervisor is dead, asks them again, one by one.
-pub(crate) fn laid_down(unconfirmed: usize, launch: &Launch) -> Result<(), Failure> {
+pub(crate) fn laid_down(unconfirmed: usize, launch: &Launch) -> Result<(), ProcessError> {
     match unconfirmed {
         0 => {
             if launch.parent.is_some() {
@@ -37,7 +37,7 @@ pub(crate) fn laid_down(unconfirmed: usize, launch: &Launch) -> Result<(), Failu
             }
             Ok(())
         }
-        silent => Err(Failure::own(format!("{silent} servos have not said that their torque is off"))),
+        silent => Err(ProcessError::own(format!("{silent} servos have not said that their torque is off"))),
     }
 }
 

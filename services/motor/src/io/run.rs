@@ -3,7 +3,7 @@ use config::Robot;
 use invariant::require;
 use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointStates, Process};
 use process::arming::Arming;
-use process::{Emergency, EmergencyFlag, Failure, Launch, ProcessNode, Progress};
+use process::{Emergency, EmergencyFlag, Launch, ProcessError, ProcessNode, Progress};
 use transport::FramePublisher;
 
 use crate::Motor;
@@ -23,20 +23,20 @@ const LET_GO_AFTER: Duration = Duration::from_millis(750);
 ///
 /// The configuration is invalid, or a device is no serial line or is in use. Or the domain cannot be joined, or the
 /// middleware failed.
-pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let leo = &robot.leo;
     let mut member = ProcessNode::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)
         .map_err(|failure| ending::could_not_join(failure, launch, robot))?;
     let mut goals = member.subscriber::<JointGoals>(None)?;
     let mut states = member.publisher::<JointStates>(None, robot.motor.joints.len())?;
     let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let parents = kinematics::nearest_ancestors(&robot.urdf, &names).map_err(Failure::own)?;
-    let mut motor = Motor::new(&robot.motor, &leo.motor).map_err(Failure::own)?.with_parents(&parents);
+    let parents = kinematics::nearest_ancestors(&robot.urdf, &names).map_err(ProcessError::own)?;
+    let mut motor = Motor::new(&robot.motor, &leo.motor).map_err(ProcessError::own)?.with_parents(&parents);
     let mut reporter = Reporter::new(robot);
     let period = leo.motor.rate_hz.period();
     let step_timeout = leo.supervisor.step_timeout_ms.duration();
     // In lockstep a slow machine must not look like a silent servo.
-    let patience = if launch.lockstep {
+    let reply_timeout = if launch.lockstep {
         (step_timeout / 4, step_timeout / 4)
     } else {
         (leo.motor.reply_timeout_ms.duration(), 2 * period)
@@ -49,14 +49,14 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let emergency_flag = emergency.as_ref().map(Emergency::emergency_flag).unwrap_or_default();
     let buses = &robot.motor.buses;
     let mut threads =
-        BusThreads::start(buses, &launch.domain, patience, until, !launch.lockstep, &emergency_flag)
-            .map_err(Failure::own)?;
+        BusThreads::start(buses, &launch.domain, reply_timeout, until, !launch.lockstep, &emergency_flag)
+            .map_err(ProcessError::own)?;
     let mut health_publisher = HealthPublisher::new(member.board()?, member.board()?, robot);
     let mut failed = None;
     member.begin(Some(period))?;
     while let Some(now) = member.next_cycle()? {
         if !member.is_lockstep() {
-            threads.collect(&mut motor).map_err(Failure::own)?;
+            threads.collect(&mut motor).map_err(ProcessError::own)?;
         }
         let mut header = Header::at(now.as_nanos());
         while let Some(frame) = goals.receive()? {
@@ -74,9 +74,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             motor.arm(now, order.acknowledged_locks);
         }
         motor.step(now);
-        threads.send(&mut motor, now).map_err(Failure::own)?;
+        threads.send(&mut motor, now).map_err(ProcessError::own)?;
         if member.is_lockstep() {
-            threads.wait(&mut motor, now, step_timeout).map_err(Failure::own)?;
+            threads.wait(&mut motor, now, step_timeout).map_err(ProcessError::own)?;
         }
         // A failure of the middleware ends the loop, so that torque goes off.
         if let Err(failure) = publish(&motor, header, &member, &mut states) {
@@ -110,7 +110,7 @@ fn publish(
     header: Header,
     member: &ProcessNode,
     states: &mut FramePublisher<JointStates>,
-) -> Result<(), Failure> {
+) -> Result<(), ProcessError> {
     let mut all = motor.states();
     let unread = JointState::unread(u32::MAX, JointMode::Limp, JointCause::NotStarted);
     let count = all.len();
@@ -127,8 +127,8 @@ pub(crate) fn shutdown(
     threads: &mut BusThreads,
     period: Duration,
     emergency_flag: &EmergencyFlag,
-    mut tell: impl FnMut(&Motor, Instant) -> Result<(), Failure>,
-) -> Result<(), Failure> {
+    mut tell: impl FnMut(&Motor, Instant) -> Result<(), ProcessError>,
+) -> Result<(), ProcessError> {
     let mut now = clock::now();
     let until = now + END_WITHIN;
     motor.begin_shutdown(now + LET_GO_AFTER);
@@ -136,12 +136,12 @@ pub(crate) fn shutdown(
     while now < until && (motor.letting_go().is_none() || motor.unconfirmed() > 0) {
         clock::sleep_until(now + period);
         now = clock::now();
-        threads.collect(motor).map_err(Failure::own)?;
+        threads.collect(motor).map_err(ProcessError::own)?;
         if emergency_flag.is_raised() {
             motor.let_go(JointCause::Emergency);
         }
         motor.step(now);
-        threads.send(motor, now).map_err(Failure::own)?;
+        threads.send(motor, now).map_err(ProcessError::own)?;
         tell(motor, now)?;
     }
     match motor.unconfirmed() {

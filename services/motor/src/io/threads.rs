@@ -92,7 +92,7 @@ impl BusThreads {
     /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts the bus threads.
     ///
     /// Lines may appear until `until`. If they `may_be_absent`, they may appear at any time, and their bus is lost
-    /// until then. Adapters may be plugged in later, and the mock servo bus may be restarting. `patience` is the
+    /// until then. Adapters may be plugged in later, and the mock servo bus may be restarting. `reply_timeout` is the
     /// range of the reply timeout as in [`Master::new`]. A bus without a request switches every torque off by itself
     /// while the emergency stop is active.
     ///
@@ -102,13 +102,13 @@ impl BusThreads {
     pub fn start(
         buses: &[Bus],
         folder: &Path,
-        patience: (Duration, Duration),
+        reply_timeout: (Duration, Duration),
         until: Instant,
         may_be_absent: bool,
         emergency_flag: &EmergencyFlag,
     ) -> Result<Self, ThreadError> {
         let lines = Self::lines(buses, folder, until, may_be_absent)?;
-        Self::over(buses, lines, patience, emergency_flag)
+        Self::over(buses, lines, reply_timeout, emergency_flag)
     }
 
     /// Opens the line of every bus.
@@ -155,13 +155,13 @@ impl BusThreads {
     fn over(
         buses: &[Bus],
         ports: impl IntoIterator<Item: Port + Send + 'static>,
-        patience: (Duration, Duration),
+        reply_timeout: (Duration, Duration),
         emergency_flag: &EmergencyFlag,
     ) -> Result<Self, ThreadError> {
         let workers = buses
             .iter()
             .zip(ports)
-            .map(|(bus, port)| BusWorker::start(bus, port, patience, emergency_flag.clone()));
+            .map(|(bus, port)| BusWorker::start(bus, port, reply_timeout, emergency_flag.clone()));
         Ok(Self { workers: workers.collect::<Result<_, _>>()? })
     }
 
@@ -248,14 +248,14 @@ impl BusWorker {
     fn start(
         bus: &Bus,
         mut port: impl Port + Send + 'static,
-        patience: (Duration, Duration),
+        reply_timeout: (Duration, Duration),
         emergency_flag: EmergencyFlag,
     ) -> Result<Self, ThreadError> {
         let name = bus.name.clone();
         let to = Arc::new(JobSlot::new());
         let inbox = Arc::clone(&to);
         let (outbox, from) = bounded(1);
-        let mut master = Master::new(bus.baud, patience);
+        let mut master = Master::new(bus.baud, reply_timeout);
         let thread = std::thread::Builder::new()
             .name(format!("bus {name}"))
             .spawn(move || {

@@ -171,7 +171,7 @@ impl Joint {
 
     /// Updates the arming state: automatic arming, disarming, and lapse of an order.
     pub(super) fn update_arming(&mut self, now: Instant) {
-        let BodyState { live, halt, body_stopped, .. } = self.orders;
+        let BodyState { live, halt, body_stopped, .. } = self.body_state;
         if !live || body_stopped {
             self.abort_power_up();
         }
@@ -205,8 +205,8 @@ impl Joint {
     /// has to wait for others is not armed, unless those wait for it as well.
     pub(super) fn may_be_armed(&self) -> bool {
         let waits = match self.power {
-            Power::On { .. } => self.orders.halt.is_some(),
-            Power::Found { .. } => self.orders.halt.is_some() && !self.stops_group(),
+            Power::On { .. } => self.body_state.halt.is_some(),
+            Power::Found { .. } => self.body_state.halt.is_some() && !self.stops_group(),
             Power::Unknown { .. } | Power::Off | Power::Rising { .. } | Power::Cutting { .. } => false,
         };
         self.let_go.is_none() && !self.is_absent() && !waits

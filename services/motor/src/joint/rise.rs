@@ -239,7 +239,7 @@ impl Joint {
     /// may still receive.
     fn call(&mut self) -> Job {
         let is_cutting = matches!(self.power, Power::Cutting { .. });
-        if !(is_cutting || (self.orders.limp && self.power.may_be_on())) {
+        if !(is_cutting || (self.body_state.limp && self.power.may_be_on())) {
             return Job::Ping;
         }
         if !is_cutting {

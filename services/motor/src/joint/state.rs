@@ -12,7 +12,7 @@ impl Joint {
         let (mode, cause) = self.mode();
         let (arming, arming_cause) = match self.arming.published() {
             // It cannot be armed before the emergency stop is released.
-            (JointArming::Disarmed, _) if self.orders.is_emergency => {
+            (JointArming::Disarmed, _) if self.body_state.is_emergency => {
                 (JointArming::Locked, JointCause::Emergency)
             }
             published => published,
@@ -55,9 +55,9 @@ impl Joint {
             (_, Power::Off) if !self.arming.is_armed() => (JointMode::Limp, cause),
             (Link::Unknown | Link::Identified(_), _) if self.arming.is_locked() => (JointMode::Limp, cause),
             (_, Power::Found { .. }) if self.arming.is_locked() => (JointMode::Holding, cause),
-            (_, Power::Found { .. }) if !self.orders.live => (self.pace(), JointCause::CommandTimeout),
+            (_, Power::Found { .. }) if !self.body_state.live => (self.pace(), JointCause::CommandTimeout),
             (_, Power::Found { .. }) if is_own_fault(cause) => (self.pace(), cause),
-            (_, Power::Found { .. }) => (self.pace(), self.orders.halt.unwrap_or(cause)),
+            (_, Power::Found { .. }) => (self.pace(), self.body_state.halt.unwrap_or(cause)),
             (
                 Link::Unknown | Link::Identified(_) | Link::Answering,
                 Power::Unknown { .. } | Power::Off | Power::Rising { .. },
@@ -68,14 +68,14 @@ impl Joint {
     }
 
     fn mode_of_motion(&self, cause: JointCause) -> (JointMode, JointCause) {
-        let ends_by = self.arming.ending().map(|ending| ending.cause).or(self.orders.halt);
+        let ends_by = self.arming.ending().map(|ending| ending.cause).or(self.body_state.halt);
         let stops_by = ends_by.unwrap_or(JointCause::CommandTimeout);
         match self.motion {
             Motion::Idle if self.arming.is_given() => (JointMode::Starting, cause),
             Motion::Idle => (JointMode::Holding, cause),
             Motion::Align { .. } => (JointMode::Aligning, JointCause::NotStarted),
             Motion::Stay { .. }
-                if self.arming.is_given() && self.orders.live && self.orders.halt.is_none() =>
+                if self.arming.is_given() && self.body_state.live && self.body_state.halt.is_none() =>
             {
                 (JointMode::Starting, cause)
             }

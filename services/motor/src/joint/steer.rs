@@ -46,7 +46,7 @@ pub(crate) struct Command {
 impl Joint {
     /// Changes the state of motion by the current conditions.
     pub(super) fn conduct(&mut self, now: Instant) {
-        let goes_on = self.arming.is_given() && self.orders.live && self.orders.halt.is_none();
+        let goes_on = self.arming.is_given() && self.body_state.live && self.body_state.halt.is_none();
         match self.motion {
             Motion::Idle if self.may_move() && goes_on => self.set_out(now),
             Motion::Align { to_rad } => {

@@ -82,7 +82,7 @@ fn an_order_to_arm_lapses_without_a_commander() {
 }
 
 #[test]
-fn after_a_released_emergency_stop_nothing_moves_before_it_is_armed_again() {
+fn after_a_released_emergency_stop_no_joint_moves_before_arming() {
     for is_simulated in [false, true] {
         let mut rig = if is_simulated { following() } else { Rig::armed_hardware() };
         rig.motor.emergency_stop(rig.now);
@@ -102,7 +102,7 @@ fn after_a_released_emergency_stop_nothing_moves_before_it_is_armed_again() {
 }
 
 #[test]
-fn after_power_came_back_nothing_moves_before_it_is_armed_again() {
+fn after_power_returns_no_joint_moves_before_arming() {
     let mut rig = Rig::armed_hardware();
     rig.now += Duration::from_millis(1);
     rig.servo(0, 1).restart();
@@ -120,7 +120,7 @@ fn after_power_came_back_nothing_moves_before_it_is_armed_again() {
 }
 
 #[test]
-fn after_a_lost_line_returns_nothing_moves_before_arming() {
+fn after_a_lost_line_returns_no_joint_moves_before_arming() {
     let mut rig = Rig::armed_hardware();
     rig.lost = Some(1);
     rig.commanded(100, 0.3, rig.now);
@@ -235,7 +235,7 @@ fn a_returning_commander_starts_slowly_and_torque_stays_off() {
 }
 
 #[test]
-fn causes_that_the_configuration_names_need_no_person() {
+fn configured_causes_are_rearmed_without_a_person() {
     let settings = SETTINGS.replace("\"simulated\"", "[\"start\", \"restarted\", \"other-failed\"]");
     let mut rig = Rig::hardware_with(&settings);
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
@@ -402,7 +402,7 @@ fn a_servo_with_a_power_limit_of_zero_gets_no_torque() {
 }
 
 #[test]
-fn joints_that_wait_for_each_other_with_torque_come_back_together() {
+fn joints_recover_together_after_all_watchdogs_tripped() {
     let mut rig = following();
     // The whole machine stalled for a second, and every watchdog tripped: two of the servos are in one group.
     rig.now += Duration::from_secs(1);

@@ -33,7 +33,7 @@ fn stops(rig: &mut Rig, cause: JointCause, mut cycle: impl FnMut(&mut Rig)) {
 }
 
 #[test]
-fn it_stops_while_a_line_is_lost_and_returns_with_it() {
+fn a_returning_joint_stops_while_a_line_is_lost() {
     let mut rig = coming_back();
     rig.lost = Some(1);
     stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
@@ -42,7 +42,7 @@ fn it_stops_while_a_line_is_lost_and_returns_with_it() {
 }
 
 #[test]
-fn it_stops_while_its_group_does() {
+fn a_returning_joint_stops_while_its_group_is_stopped() {
     let robot = ROBOT.replace("group = \"arm\"", "group = \"body\"");
     let mut rig = Rig::of(&robot, SETTINGS);
     rig.servo(0, 0).displace(1.4);
@@ -52,7 +52,7 @@ fn it_stops_while_its_group_does() {
 }
 
 #[test]
-fn it_stops_without_a_commander_and_goes_limp_later() {
+fn a_returning_joint_stops_without_a_commander_and_goes_limp_later() {
     let mut rig = coming_back();
     // Goals expire after 200 ms.
     for _ in 0..60 {
@@ -71,7 +71,7 @@ fn it_stops_without_a_commander_and_goes_limp_later() {
 }
 
 #[test]
-fn it_stops_after_a_killed_motor_process_without_a_commander() {
+fn a_returning_joint_stops_after_a_motor_restart_without_a_commander() {
     let mut rig = coming_back();
     let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
     rig.motor = Motor::new(&robot, &config::parse(SETTINGS, "leo.toml".as_ref()).unwrap()).unwrap();
@@ -80,7 +80,7 @@ fn it_stops_after_a_killed_motor_process_without_a_commander() {
 }
 
 #[test]
-fn it_is_reported_as_slowing_until_its_servo_confirms_the_stop() {
+fn a_returning_joint_is_reported_as_decelerating_until_its_stop_is_confirmed() {
     let mut rig = coming_back();
     rig.inject(0, "drop id=1");
     rig.lost = Some(1);

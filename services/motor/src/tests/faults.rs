@@ -84,7 +84,7 @@ fn a_servo_that_lost_its_torque_holds_its_group_until_it_follows() {
 }
 
 #[test]
-fn after_its_torque_came_on_a_joint_is_slow_for_a_while() {
+fn a_joint_is_slow_for_a_while_after_torque_on() {
     let mut rig = Rig::new();
     rig.until(200, 1.0, |rig| rig.modes()[0] == Following);
     let begun_at = rig.now;
@@ -104,7 +104,7 @@ fn after_its_torque_came_on_a_joint_is_slow_for_a_while() {
 }
 
 #[test]
-fn a_hot_servo_is_spared_before_it_switches_itself_off() {
+fn a_hot_servo_is_slowed_down_before_it_shuts_down() {
     let mut rig = following();
     rig.commanded(150, 0.3, rig.now);
     // Five degrees below its limit: half of its speed.
@@ -187,7 +187,7 @@ fn an_emergency_stop_is_repeated_until_the_servo_confirms_it() {
 }
 
 #[test]
-fn a_dismissed_joint_slows_down_before_its_torque_goes_off() {
+fn at_shutdown_a_joint_slows_down_before_its_torque_goes_off() {
     let mut rig = following();
     rig.commanded(60, -1.0, rig.now);
     rig.motor.begin_shutdown(rig.now + Duration::from_secs(1));
@@ -204,7 +204,7 @@ fn a_dismissed_joint_slows_down_before_its_torque_goes_off() {
 }
 
 #[test]
-fn a_dismissed_joint_that_cannot_stop_in_time_releases_in_motion() {
+fn at_shutdown_a_joint_that_cannot_stop_in_time_releases_in_motion() {
     let robot = ROBOT.replace("max_acceleration_rad_s2 = 10.0", "max_acceleration_rad_s2 = 0.5");
     let mut rig = Rig::of(&robot, SETTINGS);
     rig.until(2000, 1.0, |rig| rig.state(0).present_velocity_rad_s() > Some(0.4));
@@ -219,7 +219,7 @@ fn a_dismissed_joint_that_cannot_stop_in_time_releases_in_motion() {
 }
 
 #[test]
-fn a_silent_servo_costs_the_others_not_even_one_reading() {
+fn a_silent_servo_costs_the_other_servos_no_reading() {
     for silent in [1, 2] {
         let mut rig = following();
         rig.mute.insert((0, silent));
@@ -233,7 +233,7 @@ fn a_silent_servo_costs_the_others_not_even_one_reading() {
 }
 
 #[test]
-fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
+fn replies_to_an_earlier_request_of_any_length_are_never_used() {
     let mut rig = following();
     let mut kept = Vec::new();
     for _ in 0..3 {
@@ -268,7 +268,7 @@ fn answer_alone(rig: &mut Rig, kind: PartKind, fault: Option<servo::Fault>, para
 }
 
 #[test]
-fn a_late_answer_to_another_job_is_no_condition() {
+fn a_late_reply_to_another_job_is_not_taken_as_servo_condition() {
     let mut rig = following();
     let stale = rig.motor.counts().stale;
     // At the place of the hardware errors stands something else.
@@ -278,7 +278,7 @@ fn a_late_answer_to_another_job_is_no_condition() {
 }
 
 #[test]
-fn an_error_in_place_of_torque_enable_confirms_nothing() {
+fn an_error_reply_to_torque_enable_does_not_confirm_it() {
     let mut rig = following();
     rig.motor.emergency_stop(rig.now);
     answer_alone(&mut rig, PartKind::Torque, Some(servo::Fault::Result), &[0; 40]);
@@ -294,7 +294,7 @@ fn an_answer_longer_than_any_expected_one_counts_as_noise() {
 }
 
 #[test]
-fn noise_with_a_valid_check_sum_is_no_alert_or_refusal() {
+fn noise_with_a_valid_check_sum_is_neither_alert_nor_refusal() {
     let mut rig = following();
     rig.commanded(1, 0.0, rig.now);
     for (alert, fault) in

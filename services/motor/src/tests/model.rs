@@ -447,19 +447,19 @@ fn explore(category: u8, mutation: Mutation) -> Vec<String> {
 }
 
 #[test]
-fn no_state_moves_without_the_guard_and_every_ending_terminates() {
+fn no_state_moves_a_joint_without_the_watchdog_and_every_ending_terminates() {
     assert_eq!(explore(0, Mutation::None), [] as [&str; 0]);
 }
 
 #[test]
-fn with_a_controlled_stop_no_state_moves_without_the_guard() {
+fn with_a_controlled_stop_no_state_moves_without_the_watchdog() {
     for category in [1, 2] {
         assert_eq!(explore(category, Mutation::None), [] as [&str; 0], "stop category {category}");
     }
 }
 
 #[test]
-fn the_model_checker_finds_what_is_wrong() {
+fn the_model_checker_finds_a_seeded_error() {
     let finds = |mutation, words: &str| {
         let wrong = explore(0, mutation);
         assert!(wrong.iter().any(|wrong| wrong.contains(words)), "{mutation:?}: {wrong:?}");

@@ -483,7 +483,7 @@ impl Bench {
         }
         exchange(&mut self.line, now, wrong, &wire.request, &mut wire.replies);
         self.bus.process_replies(now, from_mut(&mut self.joint), &wire.replies);
-        let _told = std::mem::take(&mut self.joint.notices);
+        let _notices = std::mem::take(&mut self.joint.notices);
         self.check()
     }
 
@@ -652,7 +652,7 @@ fn path(reached: &[Reached], mut at: usize) -> Vec<Event> {
 }
 
 #[test]
-fn no_event_in_any_joint_state_moves_without_the_guard() {
+fn no_event_in_any_joint_state_moves_without_the_watchdog() {
     let (events, mut wire) = (events(), Wire::default());
     let (mut keys, mut reached, mut open) = (HashMap::new(), Vec::new(), VecDeque::new());
     let (mut products, mut failures) = (BTreeSet::new(), BTreeMap::new());
@@ -709,7 +709,7 @@ fn after(events: &[Event]) -> Bench {
 }
 
 #[test]
-fn torque_that_another_hand_switches_on_during_an_alert_goes_off() {
+fn torque_switched_on_by_another_master_during_an_alert_goes_off() {
     let alert = Event::Alert(HardwareError::InputVoltage);
     let written = Event::Written(TORQUE_ENABLE, 1);
     let cycles = |count| Event::Cycles(count, ExchangeFault::Nothing);
@@ -730,7 +730,7 @@ fn an_alert_switches_torque_off_on_a_locked_joint() {
 }
 
 #[test]
-fn a_watchdog_that_has_tripped_is_seen_during_an_alert_too() {
+fn a_tripped_watchdog_is_detected_during_an_alert() {
     let cycles = |count| Event::Cycles(count, ExchangeFault::Nothing);
     // The machine stalls while the supply sags. Every cycle checks that power that is on includes an armed watchdog.
     after(&[

@@ -128,7 +128,7 @@ fn torque_off_is_retried_with_growing_delays() {
 }
 
 #[test]
-fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
+fn servos_are_inspected_while_another_has_a_job_every_cycle() {
     let (rig, mut joints) = (following(), left_joints());
     // The first servo is set up. The second never gets an answer, so that it is pinged forever.
     let servo = &rig.lines[0].servos[0];
@@ -192,7 +192,7 @@ fn a_readable_servo_that_never_acknowledges_is_quarantined() {
 }
 
 #[test]
-fn whether_a_servo_answers_everything_is_read_back() {
+fn the_status_return_level_of_a_servo_is_read_back() {
     let (rig, [mut joint, _]) = (following(), left_joints());
     let servo = &rig.lines[0].servos[0];
     joint.process_answer(rig.now, Job::Ping, &status(&servo.ping()));

@@ -81,7 +81,7 @@ fn a_freed_joint_catches_up_within_its_speed_limit() {
 }
 
 #[test]
-fn a_joint_may_have_a_bound_of_its_own() {
+fn a_joint_may_have_its_own_tracking_error_limit() {
     let robot = ROBOT.replacen("group = \"body\"", "group = \"body\"\nmax_tracking_error_rad = 0.05", 1);
     let mut rig = Rig::of(&robot, SETTINGS);
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
@@ -126,7 +126,7 @@ fn a_joint_far_beyond_its_limits_is_locked() {
 }
 
 #[test]
-fn what_hangs_from_a_joint_that_failed_stops_whatever_its_group() {
+fn joints_attached_to_a_failed_joint_stop_whatever_their_group() {
     let fail: [fn(&mut Rig); 4] = [
         |rig| rig.servo(0, 0).fail(HardwareError::Overload),
         |rig| _ = rig.mute.insert((0, 1)),
@@ -155,7 +155,7 @@ fn what_hangs_from_a_joint_that_failed_stops_whatever_its_group() {
 }
 
 #[test]
-fn a_joint_that_is_limp_is_read_on() {
+fn a_limp_joint_is_still_read() {
     let mut rig = following();
     rig.servo(0, 1).fail(HardwareError::Overload);
     rig.until(10, 0.3, |rig| rig.modes()[1] == Limp);
@@ -294,7 +294,7 @@ fn ripple(rig: &mut Rig) -> f64 {
 }
 
 #[test]
-fn goals_that_stream_in_make_no_stop_of_each_goal() {
+fn streamed_goals_are_followed_without_stopping_at_each() {
     let ripple = ripple(&mut following());
     // With a trapezoid to every goal it was above 1: the servo stopped between any two cycles.
     assert!(ripple < 0.25, "{ripple}");

@@ -31,7 +31,7 @@ fn begun_anew() -> Rig {
 }
 
 #[test]
-fn a_heartbeat_from_the_future_ages_like_any_other() {
+fn a_heartbeat_with_a_future_timestamp_times_out_like_any_other() {
     let mut rig = following();
     rig.motor.goals(Instant::from_nanos(u64::MAX), &[]);
     rig.cycle();
@@ -116,7 +116,7 @@ fn a_servo_with_lost_replies_is_released_long_after_its_commander_left() {
 }
 
 #[test]
-fn a_servo_that_never_answered_is_released_too() {
+fn a_servo_that_never_replied_is_released_without_a_commander() {
     let mut rig = begun_anew();
     rig.inject(0, "drop id=1");
     for _ in 0..300 {

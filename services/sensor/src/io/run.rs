@@ -6,7 +6,7 @@ use invariant::require;
 use message::{
     Hop, LOSSES, Loss, Observation, Observations, Perceived, PerceptHead, Percepts, Process, Snapshot,
 };
-use process::{Failure, Launch, ProcessNode, Progress};
+use process::{Launch, ProcessError, ProcessNode, Progress};
 use quantity::number::saturating_u32;
 use transport::{Frame, FrameSubscriber};
 
@@ -22,7 +22,7 @@ const SHOWN_EVERY: Duration = Duration::from_millis(20);
 ///
 /// The domain cannot be joined, the percepts cannot be evaluated, a trace cannot be played, or the middleware
 /// failed. An error of one source at run time only counts as its loss.
-pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let leo = &robot.leo;
     let capacity = leo.buffers.max_objects.get();
     let mut member = ProcessNode::join(launch, Process::Sensor, &leo.buffers, &leo.sensor.realtime)?;
@@ -45,8 +45,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         }
     }
     let mut publisher = member.publisher::<Percepts>(None, capacity)?;
-    let mut sensor = Sensor::new(&robot.percepts, &sources, capacity).map_err(Failure::own)?;
-    let mut recordings = Recordings::open(&sources).map_err(Failure::own)?;
+    let mut sensor = Sensor::new(&robot.percepts, &sources, capacity).map_err(ProcessError::own)?;
+    let mut recordings = Recordings::open(&sources).map_err(ProcessError::own)?;
     recordings.tell(&sources);
     let mut board = member.board()?;
     let mut shown_at = Instant::EPOCH;
@@ -99,7 +99,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
 }
 
 /// The fault injector of the campaign, if it has percept faults.
-fn fault_injector(launch: &Launch, capacity: usize) -> Result<Option<FaultInjector>, Failure> {
+fn fault_injector(launch: &Launch, capacity: usize) -> Result<Option<FaultInjector>, ProcessError> {
     let Some(file) = &launch.campaign else { return Ok(None) };
     // Buses and processes of the campaign are checked elsewhere.
     let nothing = |_: &str| Ok::<(), &str>(());

@@ -66,7 +66,7 @@ fn reported(sensor: &Sensor) -> Vec<Observation> {
 }
 
 #[test]
-fn an_observation_bears_the_number_of_the_source_that_it_came_from() {
+fn an_observation_carries_the_number_of_its_source() {
     let mut sensor = sensor(&["", ""]);
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[seen(9)]), (1, header(1, 8), &[seen(8), seen(7)])]);
     let came_from: Vec<u16> = reported(&sensor).iter().map(|observation| observation.source).collect();
@@ -153,7 +153,7 @@ fn the_frame_of_a_source_is_transformed_into_the_base_frame() {
 }
 
 #[test]
-fn what_is_within_reach_of_a_far_source_only_is_refused() {
+fn an_observation_too_far_from_the_base_is_refused() {
     let mut sensor = sensor(&["frame = { position_m = [100.0, 0.0, 0.0], heading_deg = 0.0 }"]);
     let far = Observation { position_m: [950.0, 0.0, 0.0], ..seen(9) };
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[far])]);
@@ -161,7 +161,7 @@ fn what_is_within_reach_of_a_far_source_only_is_refused() {
 }
 
 #[test]
-fn a_source_without_a_frame_is_taken_to_the_bit() {
+fn a_source_without_a_frame_is_not_transformed() {
     let mut sensor = sensor(&[""]);
     let thing = Observation { orientation_xyzw: [0.1, 0.2, 0.3, 0.927_361_8], ..seen(9) };
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[thing])]);
@@ -172,7 +172,7 @@ fn a_source_without_a_frame_is_taken_to_the_bit() {
 }
 
 #[test]
-fn the_noise_of_a_source_takes_from_its_confidence() {
+fn the_noise_of_a_source_reduces_its_confidence() {
     let mut sensor = sensor(&["position_sd_m = 0.05"]);
     let thing = Observation { confidence: 0.5, ..seen(9) };
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[thing])]);
@@ -209,7 +209,7 @@ fn a_false_count_of_dropped_observations_does_not_overflow() {
 }
 
 #[test]
-fn of_several_frames_in_a_cycle_only_the_newest_is_used() {
+fn only_the_newest_of_several_frames_in_a_cycle_is_used() {
     let mut sensor = sensor(&[""]);
     sensor.begin(at(10));
     for sequence in 1..=3 {
@@ -285,7 +285,7 @@ fn observations_of_another_time_are_refused() {
 }
 
 #[test]
-fn a_burst_crowds_out_nobodys_share() {
+fn a_burst_of_one_source_leaves_the_share_of_others() {
     let mut sensor = sensor(&["", "", ""]);
     let burst = [seen(9); 10 * CAPACITY];
     let two = [seen(9); 2];
@@ -364,7 +364,7 @@ fn a_source_of_which_no_frames_are_expected_is_never_silent() {
 }
 
 #[test]
-fn each_source_is_shown_with_what_became_of_its_own_reports() {
+fn each_source_is_listed_with_its_own_accepted_and_lost_observations() {
     let mut sensor = sensor(&["", ""]);
     let nowhere = Observation { position_m: [f32::NAN; 3], ..seen(9) };
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[seen(9)]), (1, header(1, 9), &[seen(9), nowhere, seen(9)])]);
@@ -394,7 +394,7 @@ fn a_loss_is_logged_once() {
 }
 
 #[test]
-fn a_source_that_there_is_not_is_ignored() {
+fn a_frame_of_an_unknown_source_is_ignored() {
     let mut sensor = sensor(&[""]);
     sensor.begin(at(10));
     assert!(!sensor.record_header(7, &header(1, 9)));

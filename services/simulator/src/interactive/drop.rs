@@ -2,7 +2,7 @@
 
 use config::lesson::{Destination, Role, UprightPose};
 
-use super::{Refusal, refuse};
+use super::{RefusedActError, refuse};
 use crate::World;
 use crate::settle;
 use crate::thing::{Motion, Seat};
@@ -18,7 +18,7 @@ impl World {
         index: usize,
         [x, y]: [f64; 2],
         heading_rad: f64,
-    ) -> Result<Destination, Refusal> {
+    ) -> Result<Destination, RefusedActError> {
         let Some(dropped) = self.objects().get(index) else { return refuse("it is gone") };
         let things = self.state.things.iter().zip(self.objects()).enumerate();
         let below = things.filter(|(other, (thing, _))| {

@@ -6,7 +6,7 @@ use clock::Instant;
 use config::lesson::{Destination, Object, ObjectKind, Occluder, Table, UprightPose};
 use message::{SceneMode, TeacherAct};
 
-use super::{Done, FOLLOW_TIME, Refusal, heading, place, refuse};
+use super::{Done, FOLLOW_TIME, RefusedActError, heading, place, refuse};
 use crate::World;
 use crate::path::Glide;
 use crate::settle;
@@ -19,7 +19,7 @@ const SCREEN_M: [f64; 3] = [0.15, 0.01, 0.12];
 const MAX_NAME_BYTES: usize = 60;
 
 impl World {
-    pub(super) fn add(&mut self, act: &TeacherAct, room: usize) -> Result<Done, Refusal> {
+    pub(super) fn add(&mut self, act: &TeacherAct, room: usize) -> Result<Done, RefusedActError> {
         self.is_setting_up("nothing new can come")?;
         self.has_room(room)?;
         let [x, y, _] = place([act.position_m[0], act.position_m[1], 0.0])?;
@@ -46,7 +46,7 @@ impl World {
         let to = self.free_destination(index, &kind, lies);
         let rest = to.and_then(|to| {
             let rest = crate::world::destination(&self.state.things, self.objects(), index, to);
-            rest.ok_or_else(|| Refusal("it cannot stand there".to_owned()))
+            rest.ok_or_else(|| RefusedActError("it cannot stand there".to_owned()))
         });
         match (rest, self.state.things.get_mut(index)) {
             (Ok(rest), Some(thing)) => (thing.pose, thing.seat) = (rest.pose, rest.seat),
@@ -61,7 +61,7 @@ impl World {
         Ok(Done)
     }
 
-    pub(super) fn remove(&mut self, now: Instant, name: &str) -> Result<Done, Refusal> {
+    pub(super) fn remove(&mut self, now: Instant, name: &str) -> Result<Done, RefusedActError> {
         self.is_setting_up("nothing can be taken away")?;
         let screen = self.state.layout.as_ref().and_then(|layout| {
             let found = layout.occluders.iter().position(|occluder| occluder.name == name);
@@ -104,7 +104,12 @@ impl World {
         Ok(Done)
     }
 
-    pub(super) fn screen(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<Done, Refusal> {
+    pub(super) fn screen(
+        &mut self,
+        now: Instant,
+        act: &TeacherAct,
+        room: usize,
+    ) -> Result<Done, RefusedActError> {
         self.is_here(act.teacher)?;
         let [x, y, _] = place(act.position_m)?;
         let name = act.text.as_str();
@@ -170,7 +175,7 @@ impl World {
     }
 
     /// Checks that the table is being set up, or will be when a person takes over from the script.
-    fn is_setting_up(&self, so: &str) -> Result<(), Refusal> {
+    fn is_setting_up(&self, so: &str) -> Result<(), RefusedActError> {
         let will_be_taught = self.state.mode == SceneMode::Script && self.taught_table().is_some();
         if self.state.mode == SceneMode::Teaching || will_be_taught {
             return refuse(format!("{so} while something is taught: clear the table first"));
@@ -178,7 +183,7 @@ impl World {
         Ok(())
     }
 
-    fn has_room(&self, room: usize) -> Result<(), Refusal> {
+    fn has_room(&self, room: usize) -> Result<(), RefusedActError> {
         let there = self.state.things.len() + self.state.screens.len() + self.state.teachers.len();
         if there < room {
             Ok(())
@@ -202,7 +207,7 @@ impl World {
         index: usize,
         kind: &ObjectKind,
         lies: UprightPose,
-    ) -> Result<Destination, Refusal> {
+    ) -> Result<Destination, RefusedActError> {
         let [x, y, _] = lies.position_m;
         let to = self.drop_destination(index, [x, y], lies.heading_rad)?;
         let Destination::UprightPose(_) = to else { return Ok(to) };

@@ -5,7 +5,7 @@ use config::lesson::{Act, Destination, Lesson, Teacher};
 use message::{SceneMode, SceneObject, State, TeacherAct, TeacherActKind as Kind, Text};
 use proptest::prelude::*;
 
-use crate::{Refusal, World};
+use crate::{RefusedActError, World};
 
 const ROOM: usize = 64;
 
@@ -57,7 +57,7 @@ impl Bench {
         }
     }
 
-    fn act(&mut self, kind: Kind, how: impl FnOnce(&mut TeacherAct)) -> Result<String, Refusal> {
+    fn act(&mut self, kind: Kind, how: impl FnOnce(&mut TeacherAct)) -> Result<String, RefusedActError> {
         let mut act = TeacherAct::new(kind, 1);
         how(&mut act);
         let outcome = self.world.act(self.now(), &act, ROOM);
@@ -65,7 +65,7 @@ impl Bench {
         outcome
     }
 
-    fn add(&mut self, kind: &str, colour: &str, at: [f64; 2]) -> Result<String, Refusal> {
+    fn add(&mut self, kind: &str, colour: &str, at: [f64; 2]) -> Result<String, RefusedActError> {
         self.act(Kind::Add, |act| {
             (act.text, act.colour) = (Text::new(kind), Text::new(colour));
             act.position_m = [at[0], at[1], 0.0];
@@ -73,7 +73,7 @@ impl Bench {
     }
 
     /// Takes a thing, carries it to a place and puts it down.
-    fn bring(&mut self, thing: &str, at: [f64; 2]) -> Result<(), Refusal> {
+    fn bring(&mut self, thing: &str, at: [f64; 2]) -> Result<(), RefusedActError> {
         self.act(Kind::Take, |act| act.text = Text::new(thing))?;
         for _ in 0..10 {
             self.act(Kind::Carry, |act| act.position_m = [at[0], at[1], 0.2])?;
@@ -85,11 +85,11 @@ impl Bench {
     }
 
     /// Takes a thing, with the hand of the page and person of this number.
-    fn take(&mut self, thing: &str, by: u16) -> Result<String, Refusal> {
+    fn take(&mut self, thing: &str, by: u16) -> Result<String, RefusedActError> {
         self.act(Kind::Take, |act| (act.text, act.hand, act.teacher) = (Text::new(thing), by, by))
     }
 
-    fn put(&mut self, at: [f64; 2], by: u16) -> Result<String, Refusal> {
+    fn put(&mut self, at: [f64; 2], by: u16) -> Result<String, RefusedActError> {
         self.act(Kind::Put, |act| {
             (act.position_m, act.hand, act.teacher) = ([at[0], at[1], 0.2], by, by);
         })
@@ -108,13 +108,13 @@ impl Bench {
     }
 
     /// Pushes a screen to a place, or adds it, as the person of this number.
-    fn screen(&mut self, name: &str, at: [f64; 2], by: u16) -> Result<String, Refusal> {
+    fn screen(&mut self, name: &str, at: [f64; 2], by: u16) -> Result<String, RefusedActError> {
         self.act(Kind::Screen, |act| {
             (act.text, act.position_m, act.teacher) = (Text::new(name), [at[0], at[1], 0.0], by);
         })
     }
 
-    fn say(&mut self, words: &str) -> Result<String, Refusal> {
+    fn say(&mut self, words: &str) -> Result<String, RefusedActError> {
         self.act(Kind::Say, |act| act.text = Text::new(words))
     }
 
@@ -211,7 +211,7 @@ fn an_interrupted_script_is_part_of_the_recorded_lesson() {
 }
 
 #[test]
-fn an_impossible_act_is_refused_with_a_reason_and_changes_nothing() {
+fn an_impossible_act_is_refused_with_a_reason_without_effect() {
     let mut bench = taught();
     let refusals = [
         (Kind::Take, "nothing", "`nothing`"),
@@ -223,26 +223,26 @@ fn an_impossible_act_is_refused_with_a_reason_and_changes_nothing() {
         (Kind::Seat, "", "position"),
         (Kind::Open, "task2", "lesson"),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (kind, text, why) in refusals {
         let before: Vec<SceneObject> = bench.world.scene().collect();
         let refusal = bench.act(kind, |act| act.text = Text::new(text)).unwrap_err();
         assert!(refusal.0.contains(why), "{refusal}");
-        worded += &format!("{kind:?} {text:?}\n    {refusal}\n");
+        wording += &format!("{kind:?} {text:?}\n    {refusal}\n");
         assert_eq!(format!("{before:?}"), format!("{:?}", bench.world.scene().collect::<Vec<_>>()));
     }
     let refusal = bench.act(Kind::Lay, |act| act.table = 9).unwrap_err();
     assert!(refusal.0.contains("3 tables"), "{refusal}");
-    worded += &format!("{refusal}\n");
+    wording += &format!("{refusal}\n");
     let refusal = bench.bring("wood peg 2", [-0.2, 0.9]).unwrap_err();
     assert!(refusal.0.contains("`red square`"), "{refusal}");
-    worded += &format!("{refusal}\n");
+    wording += &format!("{refusal}\n");
     bench.wait(500);
     assert!((bench.thing("wood peg 2").position_m[0] - 0.1).abs() < 1e-9);
     let unknown = TeacherAct { teacher: 7, ..TeacherAct::new(Kind::Say, 7) };
     let refusal = bench.world.act(bench.now(), &unknown, ROOM).unwrap_err();
     assert!(refusal.0.contains("teacher 7"), "{refusal}");
-    insta::assert_snapshot!(worded + &refusal.0);
+    insta::assert_snapshot!(wording + &refusal.0);
 }
 
 #[test]
@@ -343,7 +343,7 @@ fn undo_of_a_pushed_screen_does_not_cross_tables() {
 }
 
 #[test]
-fn a_table_of_the_lesson_is_laid_to_go_on_by_hand() {
+fn a_table_of_the_lesson_can_be_continued_by_hand() {
     let mut bench = Bench::new();
     bench.act(Kind::Lay, |act| act.table = 2).unwrap();
     assert_eq!(bench.world.scene().filter(|thing| thing.kind == 1).count(), 0);
@@ -593,7 +593,7 @@ proptest! {
 
     /// After any sequence of acts all positions are finite, and the recorded lesson can be parsed.
     #[test]
-    fn the_world_stays_sound(acts in proptest::collection::vec((any_act(), 0_u64..400), 0..60)) {
+    fn any_sequence_of_acts_leaves_a_consistent_world(acts in proptest::collection::vec((any_act(), 0_u64..400), 0..60)) {
         let mut bench = Bench::new();
         for (act, wait) in acts {
             let _ = bench.world.act(bench.now(), &act, ROOM);

@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 use config::lesson::{Act, Destination, UprightPose};
 use message::SceneMode;
 
-use super::{Done, FOLLOW_TIME, Refusal, refuse};
+use super::{Done, FOLLOW_TIME, RefusedActError, refuse};
 use crate::World;
 use crate::path::Glide;
 use crate::recorder::{MERGE_TIME, has_moved};
@@ -34,7 +34,7 @@ impl World {
         self.state.push_undo(Undo::Move { index: taken.index, to });
     }
 
-    pub(super) fn undo(&mut self, now: Instant, who: u16) -> Result<Done, Refusal> {
+    pub(super) fn undo(&mut self, now: Instant, who: u16) -> Result<Done, RefusedActError> {
         self.is_here(who)?;
         if !self.state.taken.is_empty() {
             return refuse("something is in a hand: put it down first");

@@ -7,7 +7,7 @@ use config::lesson::Lesson;
 use message::{ActAnswer, TeacherAct, TeacherActKind, Text};
 
 use crate::World;
-use crate::interactive::Refusal;
+use crate::interactive::RefusedActError;
 use crate::io::saving::{self, LessonSaver};
 
 /// The open lesson, and the saving of recorded lessons.
@@ -21,7 +21,7 @@ pub(crate) struct LessonController {
     pub(crate) name: Text,
     saving: LessonSaver,
     /// Incarnation of the console that the acts come from.
-    life: u64,
+    incarnation: u64,
     answers: Vec<ActAnswer>,
     /// Maximum number of things, people and occluders in an observation frame.
     room: usize,
@@ -39,15 +39,15 @@ impl LessonController {
             lesson: lesson.clone(),
             name: Text::default(),
             saving: LessonSaver::default(),
-            life: 0,
+            incarnation: 0,
             answers: Vec::new(),
             room,
         }
     }
 
     /// Sets the console's incarnation of the next acts. If it changed, everything held by the old one is put back.
-    pub(crate) fn listen(&mut self, world: &mut World, now: Instant, life: u64) {
-        if std::mem::replace(&mut self.life, life) != life {
+    pub(crate) fn listen(&mut self, world: &mut World, now: Instant, incarnation: u64) {
+        if std::mem::replace(&mut self.incarnation, incarnation) != incarnation {
             world.return_all(now);
         }
     }
@@ -76,21 +76,26 @@ impl LessonController {
         std::mem::take(&mut self.answers)
     }
 
-    fn answer(&mut self, serial: u64, done: Result<String, Refusal>) {
+    fn answer(&mut self, serial: u64, done: Result<String, RefusedActError>) {
         let refused = done.is_err().into();
         let text = Text::new(&done.unwrap_or_else(|refusal| refusal.0));
         self.answers.push(ActAnswer { serial, refused, text });
     }
 
-    fn open(&mut self, world: &mut World, now: Instant, name: Text) -> Result<Option<String>, Refusal> {
+    fn open(
+        &mut self,
+        world: &mut World,
+        now: Instant,
+        name: Text,
+    ) -> Result<Option<String>, RefusedActError> {
         let lesson = if name.as_str().is_empty() {
             self.launched.clone()
         } else {
             let folder = self.folder.clone().unwrap_or_default();
-            Lesson::named(name.as_str(), &folder).map_err(|error| Refusal(error.to_string()))?
+            Lesson::named(name.as_str(), &folder).map_err(|error| RefusedActError(error.to_string()))?
         };
         if max_objects(&lesson) > self.room {
-            return Err(Refusal(format!(
+            return Err(RefusedActError(format!(
                 "the lesson has {} things and people, but `buffers.max_objects` in leo.toml has room for {}",
                 max_objects(&lesson),
                 self.room
@@ -107,12 +112,19 @@ impl LessonController {
         world.begin(now + self.lesson.table_timing.empty);
     }
 
-    fn save(&mut self, world: &World, now: Instant, act: &TeacherAct) -> Result<Option<String>, Refusal> {
+    fn save(
+        &mut self,
+        world: &World,
+        now: Instant,
+        act: &TeacherAct,
+    ) -> Result<Option<String>, RefusedActError> {
         let Some(folder) = self.folder.clone() else {
-            return Err(Refusal("this robot saves nothing: it has no state directory".to_owned()));
+            return Err(RefusedActError("this robot saves nothing: it has no state directory".to_owned()));
         };
         let lesson = world.taught(act.text.as_str(), now).ok_or_else(|| {
-            Refusal("nothing was taught by hand yet: set a table, say what you teach, and show it".to_owned())
+            RefusedActError(
+                "nothing was taught by hand yet: set a table, say what you teach, and show it".to_owned(),
+            )
         })?;
         self.saving.begin(act.serial, &lesson, folder)?;
         Ok(None)

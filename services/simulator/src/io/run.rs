@@ -7,7 +7,7 @@ use message::{
     ActAnswer, ActsAnswered, Header, Hop, JointStates, Observation, Observations, Process, Scene, SceneHead,
     SceneObject, TeacherActs, Text, Topic as _, Utterance, Utterances,
 };
-use process::{Failure, Launch, ProcessNode, Progress};
+use process::{Launch, ProcessError, ProcessNode, Progress};
 
 use crate::World;
 use crate::hand_kinematics::HandKinematics;
@@ -23,13 +23,13 @@ const ANSWERS: usize = ActsAnswered::ROW.capacity.entries(0, 0);
 /// # Errors
 ///
 /// The URDF is invalid, the domain cannot be joined, or the middleware failed.
-pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failure> {
+pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), ProcessError> {
     let leo = &robot.leo;
     let capacity = leo.buffers.max_objects.get();
     let mut member = ProcessNode::join(launch, Process::Simulator, &leo.buffers, &leo.simulator.realtime)?;
     let mut joint_states = member.subscriber::<JointStates>(None)?;
     let source = leo.sensor.simulator().ok_or_else(|| {
-        Failure::own(
+        ProcessError::own(
             "no [[sensor.source]] of leo.toml is of the kind \"simulator\": the lesson would have no observer",
         )
     })?;
@@ -42,8 +42,8 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         (VecDeque::with_capacity(SENTENCES), VecDeque::with_capacity(ANSWERS));
     let mut lesson_controller = LessonController::new(lesson, launch.state.clone(), capacity);
     let joints: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let body = Body::from_urdf(&robot.urdf, &joints).map_err(Failure::own)?;
-    let mut hand_kinematics = HandKinematics::new(body).map_err(Failure::own)?;
+    let body = Body::from_urdf(&robot.urdf, &joints).map_err(ProcessError::own)?;
+    let mut hand_kinematics = HandKinematics::new(body).map_err(ProcessError::own)?;
     let mut world = World::new(lesson, lesson.seed);
     member.begin(Some(leo.simulator.rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {

@@ -9,7 +9,7 @@ use std::{fs, io};
 use config::lesson::{LIBRARY, Lesson};
 use folder::Folder;
 
-use crate::interactive::Refusal;
+use crate::interactive::RefusedActError;
 
 /// Maximum length of a title, in bytes.
 const MAX_TITLE_BYTES: usize = 100;
@@ -20,7 +20,7 @@ const PARTIAL_EXTENSION: &str = "half";
 /// Lessons being written, each with the serial number of the requesting act.
 #[derive(Default)]
 pub(crate) struct LessonSaver {
-    pending: Vec<(u64, Receiver<Result<PathBuf, Refusal>>)>,
+    pending: Vec<(u64, Receiver<Result<PathBuf, RefusedActError>>)>,
 }
 
 impl LessonSaver {
@@ -29,16 +29,21 @@ impl LessonSaver {
     /// # Errors
     ///
     /// The title contains no letter or is too long, or the system has no thread left.
-    pub(crate) fn begin(&mut self, serial: u64, lesson: &Lesson, folder: PathBuf) -> Result<(), Refusal> {
+    pub(crate) fn begin(
+        &mut self,
+        serial: u64,
+        lesson: &Lesson,
+        folder: PathBuf,
+    ) -> Result<(), RefusedActError> {
         let text = lesson.to_toml();
         let name = name_of(&lesson.title)?;
         let (answer, answers) = channel();
         let write = move || {
             // Write only what can be read again.
             let read = Lesson::parse(&text, &folder.join(format!("{name}.toml")));
-            let written = read.map_err(|error| Refusal(error.to_string())).and_then(|_| {
+            let written = read.map_err(|error| RefusedActError(error.to_string())).and_then(|_| {
                 let failed = |error: io::Error| {
-                    Refusal(format!("cannot write {name} in {}: {error}", folder.display()))
+                    RefusedActError(format!("cannot write {name} in {}: {error}", folder.display()))
                 };
                 write_whole(&folder, &name, &text).map_err(failed)
             });
@@ -46,18 +51,18 @@ impl LessonSaver {
             let _ = answer.send(written);
         };
         let started = thread::Builder::new().name("saving".to_owned()).spawn(write);
-        started.map_err(|error| Refusal(format!("no thread can be started to write it: {error}")))?;
+        started.map_err(|error| RefusedActError(format!("no thread can be started to write it: {error}")))?;
         self.pending.push((serial, answers));
         Ok(())
     }
 
     /// The results of finished writes since the last call.
-    pub(crate) fn done(&mut self) -> Vec<(u64, Result<PathBuf, Refusal>)> {
+    pub(crate) fn done(&mut self) -> Vec<(u64, Result<PathBuf, RefusedActError>)> {
         let mut done = Vec::new();
         self.pending.retain(|(serial, answers)| {
             let answer = match answers.try_recv() {
                 Err(TryRecvError::Empty) => return true,
-                Err(TryRecvError::Disconnected) => Err(Refusal("it could not be written".to_owned())),
+                Err(TryRecvError::Disconnected) => Err(RefusedActError("it could not be written".to_owned())),
                 Ok(answer) => answer,
             };
             done.push((*serial, answer));
@@ -114,7 +119,7 @@ pub(crate) fn remove_partial_files(folder: &Path) {
 }
 
 /// The file name of a lesson: its title in lower case, with underscores for other characters.
-fn name_of(title: &str) -> Result<String, Refusal> {
+fn name_of(title: &str) -> Result<String, RefusedActError> {
     let mut name = String::new();
     for letter in title.chars() {
         if letter.is_alphanumeric() {
@@ -125,7 +130,7 @@ fn name_of(title: &str) -> Result<String, Refusal> {
     }
     let name = name.trim_end_matches('_');
     if name.is_empty() || title.len() > MAX_TITLE_BYTES {
-        return Err(Refusal(format!(
+        return Err(RefusedActError(format!(
             "a lesson's title has letters or digits, and at most {MAX_TITLE_BYTES} bytes"
         )));
     }
@@ -137,7 +142,7 @@ mod tests {
     use super::*;
 
     /// Saves a lesson of this title, and waits for the result.
-    fn save(folder: &Path, title: &str) -> Result<PathBuf, Refusal> {
+    fn save(folder: &Path, title: &str) -> Result<PathBuf, RefusedActError> {
         let mut saving = LessonSaver::default();
         let lesson = Lesson { title: title.to_owned(), ..Lesson::builtin() };
         saving.begin(1, &lesson, folder.to_owned())?;
@@ -164,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lesson_takes_no_other_ones_place() {
+    fn a_saved_lesson_never_replaces_another() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("lessons");
         let first = save(&folder, "By hand").unwrap();

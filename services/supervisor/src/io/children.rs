@@ -37,7 +37,7 @@ pub struct Children {
     log_options: Vec<OsString>,
     living: BTreeMap<Process, ChildProcess>,
     /// Publishes the processes' identities in shared memory.
-    lives: Option<RosterPublisher>,
+    roster: Option<RosterPublisher>,
     helpers: Vec<Child>,
     /// Stop timeout of a motor process in wall time.
     motor_stop_timeout: Option<Duration>,
@@ -71,7 +71,7 @@ impl Children {
                 .filter(|argument| LOG_OPTIONS.iter().any(|word| argument == word))
                 .collect(),
             living: BTreeMap::new(),
-            lives: None,
+            roster: None,
             helpers: Vec::new(),
             motor_stop_timeout: None,
         })
@@ -86,8 +86,8 @@ impl Children {
 
     /// Publishes the processes on a roster, which every process that joins a domain waits for.
     #[must_use]
-    pub fn with_roster(mut self, lives: RosterPublisher) -> Self {
-        self.lives = Some(lives);
+    pub fn with_roster(mut self, roster: RosterPublisher) -> Self {
+        self.roster = Some(roster);
         self
     }
 
@@ -110,8 +110,8 @@ impl Children {
     /// As [`Self::start`].
     pub(crate) fn start_with(&mut self, process: Process, launch: &Launch, stdin: Stdio) -> io::Result<()> {
         let began_at_ns = clock::now().as_nanos();
-        if let Some(lives) = &mut self.lives {
-            lives.begin(process, launch.incarnation);
+        if let Some(roster) = &mut self.roster {
+            roster.begin(process, launch.incarnation);
         }
         let mut child = Command::new(PROGRAM)
             .arg0(&self.name)
@@ -131,8 +131,8 @@ impl Children {
             .and_then(|pid| pidfd_open(pid, PidfdFlags::empty()));
         match watched {
             Ok(pidfd) => {
-                if let Some(lives) = &mut self.lives {
-                    lives.name(process, child.id(), began_at_ns);
+                if let Some(roster) = &mut self.roster {
+                    roster.name(process, child.id(), began_at_ns);
                 }
                 self.living.insert(process, ChildProcess { child, pidfd });
                 Ok(())
@@ -187,13 +187,13 @@ impl Children {
     /// Reaps the processes that have ended since the last call; returns their exit statuses.
     pub fn reap(&mut self) -> Vec<(Process, ExitStatus)> {
         let mut dead = Vec::new();
-        let Self { living, lives, .. } = self;
+        let Self { living, roster, .. } = self;
         living.retain(|process, living| {
             if !living.has_ended() {
                 return true;
             }
-            if let Some(lives) = lives {
-                lives.end(*process, clock::now().as_nanos());
+            if let Some(roster) = roster {
+                roster.end(*process, clock::now().as_nanos());
             }
             match living.child.try_wait() {
                 Ok(Some(status)) => {

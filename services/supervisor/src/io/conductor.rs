@@ -167,7 +167,7 @@ mod tests {
     use message::Process::{Motor, Sensor, Simulator};
 
     #[test]
-    fn turns_come_in_order_of_time_and_then_of_the_data() {
+    fn process_turns_are_ordered_by_time_and_then_by_data_flow() {
         let ms = Duration::from_millis;
         let mut schedule = TurnSchedule::new(&[(Simulator, ms(5)), (Sensor, ms(5)), (Motor, ms(4))]);
         let turns: Vec<(Process, u64)> = std::iter::from_fn(|| schedule.next_turn())

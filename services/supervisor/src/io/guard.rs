@@ -13,7 +13,7 @@ use std::process::{Child, Command, Stdio};
 use clock::{Duration, Instant};
 use config::Robot;
 use config::motor::Device;
-use process::{Failure, Launch};
+use process::{Launch, ProcessError};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::read;
 use rustix::process::{Pid, PidfdFlags, Signal, pidfd_open, pidfd_send_signal};
@@ -165,14 +165,14 @@ enum TorqueState {
 /// # Errors
 ///
 /// The pipe at standard input cannot be read, or a servo has not confirmed that its torque is off.
-pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
+pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     // The flag is not read. Installing it makes the process handle signals instead of ending.
     let _ignored = process::stop_flag()?;
     realtime::set_process_name();
     // The domain may be removed by then; the configuration has been read before.
     let buses = torque::buses(&robot.motor, None);
     let torque_state =
-        watch(launch).map_err(|error| Failure::own(format!("the guard has no pipe: {error}")))?;
+        watch(launch).map_err(|error| ProcessError::own(format!("the guard has no pipe: {error}")))?;
     if matches!(torque_state, TorqueState::Ended) {
         return Ok(());
     }
@@ -181,7 +181,7 @@ pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     );
     let report = torque::switch_off(&buses, BUSY_TIMEOUT);
     report.log(launch.config.as_deref());
-    if report.is_confirmed() { Ok(()) } else { Err(Failure::own(report)) }
+    if report.is_confirmed() { Ok(()) } else { Err(ProcessError::own(report)) }
 }
 
 /// Reads the pipe until no process holds a write end any more.

@@ -122,12 +122,12 @@ impl LockstepProcesses {
         let children = Children::new().map_err(RunError::Executable)?;
         let queues = process::queues(&settings.buffers, true);
         let mut node = Node::join(domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
-        let mut lives = RosterPublisher::publish_members(&node, processes)?;
-        replaced.iter().for_each(|process| lives.register_self(&node, *process));
+        let mut roster = RosterPublisher::publish_members(&node, processes)?;
+        replaced.iter().for_each(|process| roster.register_self(&node, *process));
         node.follow_roster()?;
         let conductor = Conductor::open(&node, processes, settings.supervisor.step_timeout_ms.duration())?;
         let all = Self {
-            children: children.with_roster(lives),
+            children: children.with_roster(roster),
             signals,
             domain: domain.root().to_owned(),
             settings: settings.supervisor.clone(),

@@ -113,22 +113,22 @@ pub enum RunError {
 /// # Errors
 ///
 /// The domain cannot be claimed or created, or the system refuses a resource that the supervisor needs.
-pub fn run(orders: &RunOptions) -> Result<Outcome, RunError> {
+pub fn run(options: &RunOptions) -> Result<Outcome, RunError> {
     for name in sweep_stale() {
         tracing::info!(domain = name, "removed the files of a killed robot");
     }
-    check_shared_memory(&orders.settings, orders.settings.belief.partners, false)
+    check_shared_memory(&options.settings, options.settings.belief.partners, false)
         .map_err(RunError::NoRoom)?;
-    let claim = claim(&orders.domain)?;
-    if let Some(reason) = emergency::reason(orders.domain.root()) {
+    let claim = claim(&options.domain)?;
+    if let Some(reason) = emergency::reason(options.domain.root()) {
         tracing::warn!(
             "the emergency stop was raised before this start ({reason}): the robot stays limp until `leo \
              emergency-stop --release`"
         );
     }
-    let made = orders.domain.make().and_then(|()| ConfigurationSnapshot::keep(orders));
-    let outcome = made.map_err(RunError::from).and_then(|kept| supervise(orders, &kept));
-    Janitor::new(&orders.domain).wipe(claim);
+    let made = options.domain.make().and_then(|()| ConfigurationSnapshot::keep(options));
+    let outcome = made.map_err(RunError::from).and_then(|kept| supervise(options, &kept));
+    Janitor::new(&options.domain).wipe(claim);
     if matches!(outcome, Ok(Outcome::MemoryRemoved)) {
         // The remaining files belong to a folder that is already removed.
         sweep_stale();
@@ -144,13 +144,13 @@ struct ConfigurationSnapshot {
 }
 
 impl ConfigurationSnapshot {
-    fn keep(orders: &RunOptions) -> Result<Self, DomainError> {
-        let folder = orders.domain.root().join("configuration");
+    fn keep(options: &RunOptions) -> Result<Self, DomainError> {
+        let folder = options.domain.root().join("configuration");
         let failed = |path: &Path| {
             let path = path.to_owned();
             move |source| DomainError::Write { path, source }
         };
-        fs::create_dir_all(&folder).and_then(|()| orders.files.keep(&folder)).map_err(failed(&folder))?;
+        fs::create_dir_all(&folder).and_then(|()| options.files.keep(&folder)).map_err(failed(&folder))?;
         let written = |name: &str, text: Option<&String>| {
             let write = |text| {
                 let file = folder.join(name);
@@ -158,38 +158,39 @@ impl ConfigurationSnapshot {
             };
             text.map(write).transpose()
         };
-        let lesson = written("lesson.toml", orders.lesson.as_ref())?;
-        let campaign = written("campaign.toml", orders.faults.as_ref().map(|(text, _)| text))?;
+        let lesson = written("lesson.toml", options.lesson.as_ref())?;
+        let campaign = written("campaign.toml", options.faults.as_ref().map(|(text, _)| text))?;
         Ok(Self { folder, lesson, campaign })
     }
 }
 
-fn supervise(orders: &RunOptions, kept: &ConfigurationSnapshot) -> Result<Outcome, RunError> {
-    let robot = Robot::of(&orders.files)?;
+fn supervise(options: &RunOptions, kept: &ConfigurationSnapshot) -> Result<Outcome, RunError> {
+    let robot = Robot::of(&options.files)?;
     let signals = Signals::watch().map_err(RunError::Signals)?;
     let queues = Queues {
-        frames: orders.settings.buffers.queue_depth.get(),
+        frames: options.settings.buffers.queue_depth.get(),
         overflow_policy: OverflowPolicy::DropOldest,
     };
-    let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
-    let lives = RosterPublisher::publish_members(&node, &orders.processes)?;
+    let node = Node::join(&options.domain, Process::Supervisor.name(), 1, queues)?;
+    let roster = RosterPublisher::publish_members(&node, &options.processes)?;
     // Child processes must not inherit the supervisor's capabilities, such as changing kernel threads. A kernel
     // without ambient capabilities has granted none.
     let _cleared = rustix::thread::clear_ambient_capability_set();
-    let stop_timeout = orders.settings.supervisor.stop_timeout_ms.duration();
-    let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_timeout).with_roster(lives);
-    let has_motor = orders.processes.contains(&Process::Motor);
-    let guard = if has_motor { Guard::start(&robot, &launch(orders, kept, 1)) } else { None };
-    let memory = MemoryWatch::of(&orders.domain);
-    let janitor_thread = JanitorThread::start_thread(&orders.domain).map_err(RunError::Thread)?;
-    let _stop_socket = if has_motor && orders.settings.supervisor.stop_by_any_user {
-        stop_by_any_user(&orders.domain)
+    let stop_timeout = options.settings.supervisor.stop_timeout_ms.duration();
+    let children =
+        Children::new().map_err(RunError::Executable)?.with_motor(stop_timeout).with_roster(roster);
+    let has_motor = options.processes.contains(&Process::Motor);
+    let guard = if has_motor { Guard::start(&robot, &launch(options, kept, 1)) } else { None };
+    let memory = MemoryWatch::of(&options.domain);
+    let janitor_thread = JanitorThread::start_thread(&options.domain).map_err(RunError::Thread)?;
+    let _stop_socket = if has_motor && options.settings.supervisor.stop_by_any_user {
+        stop_by_any_user(&options.domain)
     } else {
         None
     };
-    let _awake = orders.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
+    let _awake = options.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
     let mut supervised = RobotSupervisor {
-        orders,
+        options,
         kept,
         robot,
         node,
@@ -203,9 +204,9 @@ fn supervise(orders: &RunOptions, kept: &ConfigurationSnapshot) -> Result<Outcom
         events: Vec::new(),
         end_at: None,
         clean_at: clock::now() + CLEAN_EVERY,
-        faults: orders.faults.as_ref().map(|(_, faults)| faults.clone()).unwrap_or_default(),
+        faults: options.faults.as_ref().map(|(_, faults)| faults.clone()).unwrap_or_default(),
         service_manager: ServiceManager::default(),
-        serial_lines: SerialLines::new(orders.settings.supervisor.boost_serial_kworkers),
+        serial_lines: SerialLines::new(options.settings.supervisor.boost_serial_kworkers),
     };
     let outcome = supervised.live(signals);
     if let Some(guard) = supervised.guard.take() {
@@ -227,25 +228,25 @@ fn keep_cores_awake() -> Option<IdleStateGuard> {
 }
 
 /// The command line arguments of a process.
-fn launch(orders: &RunOptions, kept: &ConfigurationSnapshot, incarnation: u64) -> Launch {
+fn launch(options: &RunOptions, kept: &ConfigurationSnapshot, incarnation: u64) -> Launch {
     Launch {
-        domain: orders.domain.root().to_owned(),
+        domain: options.domain.root().to_owned(),
         incarnation,
         parent: i32::try_from(std::process::id()).ok(),
-        config: orders.files.leo().map(Path::to_owned),
+        config: options.files.leo().map(Path::to_owned),
         kept: Some(kept.folder.clone()),
         lesson: kept.lesson.clone(),
-        stay: orders.stay || orders.run_for.is_some(),
-        state: orders.state.clone(),
+        stay: options.stay || options.run_for.is_some(),
+        state: options.state.clone(),
         campaign: kept.campaign.clone(),
         ..Launch::default()
     }
 }
 
 /// State of the running robot; executes the decisions of the [`Policy`].
-struct RobotSupervisor<'orders> {
-    orders: &'orders RunOptions,
-    kept: &'orders ConfigurationSnapshot,
+struct RobotSupervisor<'options> {
+    options: &'options RunOptions,
+    kept: &'options ConfigurationSnapshot,
     robot: Robot,
     node: Node,
     children: Children,
@@ -280,9 +281,9 @@ struct HeartbeatMonitor {
 
 impl RobotSupervisor<'_> {
     fn live(&mut self, mut signals: Signals) -> Outcome {
-        let settings = self.orders.settings.supervisor.clone();
+        let settings = self.options.settings.supervisor.clone();
         let heartbeat_timeout = settings.heartbeat_timeout_ms.duration();
-        let mut policy = Policy::new(settings, &self.orders.processes, clock::now());
+        let mut policy = Policy::new(settings, &self.options.processes, clock::now());
         loop {
             self.poll_events(&mut signals);
             // Read the clock after the heartbeats, so that no heartbeat seems older than it is.
@@ -398,8 +399,8 @@ impl RobotSupervisor<'_> {
     /// Switches torque off without a motor process. Uses a thread of its own, so that supervision continues
     /// meanwhile.
     fn switch_torque_off(&mut self) {
-        let buses = torque::buses(&self.robot.motor, Some(self.orders.domain.root()));
-        let config = self.orders.files.leo().map(Path::to_owned);
+        let buses = torque::buses(&self.robot.motor, Some(self.options.domain.root()));
+        let config = self.options.files.leo().map(Path::to_owned);
         tracing::error!(
             "no motor process runs any more: the supervisor switches the torque of every servo off"
         );
@@ -424,7 +425,7 @@ impl RobotSupervisor<'_> {
             Action::CleanUp => self.janitor_thread.ask(),
             Action::SwitchTorqueOff => self.switch_torque_off(),
             Action::AllReady => {
-                self.end_at = self.orders.run_for.map(|run_for| now + run_for);
+                self.end_at = self.options.run_for.map(|run_for| now + run_for);
                 self.faults.begin(now);
                 self.service_manager.ready();
                 self.log_started();
@@ -436,9 +437,9 @@ impl RobotSupervisor<'_> {
 
     fn start(&mut self, process: Process, incarnation: u64) {
         if incarnation > 1 {
-            tracing::warn!(%process, life = incarnation, "died and starts anew");
+            tracing::warn!(%process, incarnation = incarnation, "died and starts anew");
         }
-        let launch = launch(self.orders, self.kept, incarnation);
+        let launch = launch(self.options, self.kept, incarnation);
         let guard = self.guard.as_mut().filter(|_| process == Process::Motor);
         let started = match guard {
             None => self.children.start(process, &launch),
@@ -477,7 +478,7 @@ impl RobotSupervisor<'_> {
     }
 
     fn log_started(&self) {
-        let domain = self.orders.domain.root().display();
+        let domain = self.options.domain.root().display();
         tracing::info!(%domain, processes = self.heartbeat_monitors.len(), "the robot runs");
         let boards = self.heartbeat_monitors.values().filter_map(|monitor| monitor.board.as_ref());
         let missing = boards.fold(0, |bits, board| bits | board.read().missing_rights);

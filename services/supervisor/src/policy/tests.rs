@@ -77,7 +77,7 @@ fn a_process_that_is_not_ready_in_time_is_killed() {
 }
 
 #[test]
-fn a_heart_that_stands_still_is_a_process_that_hangs() {
+fn a_process_without_a_new_heartbeat_is_killed_as_hung() {
     let mut policy = running();
     assert_eq!(policy.step(at(50), &all_beat(1)), []);
     assert_eq!(policy.step(at(100), &all_beat(1)), [], "just not too long");
@@ -124,7 +124,7 @@ fn a_suspended_machine_kills_no_process_and_hangs_are_still_found() {
 }
 
 #[test]
-fn nothing_starts_before_the_dead_are_cleaned_up_after() {
+fn no_process_starts_before_the_clean_up_after_dead_ones() {
     let mut policy = running();
     let died = Event::Died(Process::Belief, ExitKind::Failed);
     assert_eq!(policy.step(at(1), &[died]), [Action::CleanUp]);
@@ -204,7 +204,7 @@ fn deaths_spread_wider_than_the_window_never_end_the_run() {
 }
 
 #[test]
-fn a_process_with_nothing_left_to_do_ends_the_run_well() {
+fn a_process_that_completes_its_work_ends_the_run_successfully() {
     let mut policy = running();
     let actions = policy.step(at(1), &[Event::Died(Process::Sensor, ExitKind::Done)]);
     assert_eq!(actions, [Action::Terminate(Process::Motor), Action::Terminate(Process::Belief)]);
@@ -251,7 +251,7 @@ fn running_with_servos() -> Policy {
 }
 
 #[test]
-fn a_second_wish_hurries_all_but_those_that_switch_torque_off() {
+fn a_second_stop_request_kills_all_but_the_torque_off_processes() {
     let mut policy = running_with_servos();
     policy.step(at(0), &[Event::Stop]);
     assert_eq!(policy.step(at(1), &[Event::Stop]), [Action::Kill(Process::Sensor, KillReason::Hurry)]);
@@ -277,7 +277,7 @@ fn ctrl_c_hurries_the_end_and_a_second_hang_up_does_not() {
 }
 
 #[test]
-fn the_mock_servo_bus_outlives_the_motor_process_and_torque_off() {
+fn the_mock_servo_bus_ends_after_the_motor_process_and_torque_off() {
     let mut policy = running_with_servos();
     let first = [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)];
     assert_eq!(policy.step(at(0), &[Event::Stop]), first);
@@ -306,7 +306,7 @@ fn a_stop_between_two_motor_processes_switches_torque_off() {
 }
 
 #[test]
-fn removed_memory_ends_the_run_before_a_death_that_it_causes_does() {
+fn removed_memory_is_reported_instead_of_the_death_it_causes() {
     let mut policy = running();
     let died = Event::Died(Process::Belief, ExitKind::Refused);
     let actions = policy.step(at(1), &[Event::MemoryRemoved, died]);
@@ -357,22 +357,22 @@ fn a_failing_run_ends_the_same_when_it_is_stopped_meanwhile() {
 }
 
 #[test]
-fn the_robot_is_well_while_every_heartbeat_advances() {
+fn the_robot_state_is_good_while_every_heartbeat_advances() {
     let mut policy = Policy::new(SETTINGS.clone(), &ORDER, at(0));
-    let mut worded = vec![policy.robot_state().to_string()];
-    assert!(worded[0].contains("0 of 3"), "{worded:?}");
+    let mut wording = vec![policy.robot_state().to_string()];
+    assert!(wording[0].contains("0 of 3"), "{wording:?}");
     assert!(!policy.robot_state().is_well());
     policy = running();
     assert!(policy.robot_state().is_well());
-    worded.push(policy.robot_state().to_string());
+    wording.push(policy.robot_state().to_string());
     let mut beats = all_beat(2);
     beats[1] = heartbeat(Process::Belief, 1);
     policy.step(at(30), &[]);
     policy.step(at(60), &beats);
     policy.step(at(101), &beats);
     assert!(!policy.robot_state().is_well(), "it hangs, and its killed process was not buried yet");
-    worded.push(policy.robot_state().to_string());
-    assert!(worded[2].contains("2 of 3"), "{worded:?}");
+    wording.push(policy.robot_state().to_string());
+    assert!(wording[2].contains("2 of 3"), "{wording:?}");
     policy.step(at(110), &[Event::Died(Process::Belief, ExitKind::Failed)]);
     assert!(!policy.robot_state().is_well(), "it waits");
     policy.step(at(140), &[Event::CleanedUp]);
@@ -381,9 +381,9 @@ fn the_robot_is_well_while_every_heartbeat_advances() {
     assert!(policy.robot_state().is_well());
     policy.step(at(151), &[Event::Stop]);
     assert!(!policy.robot_state().is_well());
-    worded.push(policy.robot_state().to_string());
-    assert!(worded[3].contains("1 of 3"), "{worded:?}");
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(policy.robot_state().to_string());
+    assert!(wording[3].contains("1 of 3"), "{wording:?}");
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 /// Random events: processes die, hang and get cleaned up.
@@ -412,7 +412,7 @@ proptest! {
         let mut alive = [false; ORDER.len()];
         let mut hangs = [false; ORDER.len()];
         let mut cleaning = false;
-        let mut lives = [0; ORDER.len()];
+        let mut incarnations = [0; ORDER.len()];
         let (mut now, mut beat) = (0, 0);
         let mut ended = false;
         // Whether a motor process has started since torque was switched off.
@@ -451,9 +451,9 @@ proptest! {
                             let index = place(process);
                             prop_assert!(!alive[index] && !cleaning);
                             prop_assert!(turn < chances.len());
-                            lives[index] += 1;
+                            incarnations[index] += 1;
                             torque |= process == Process::Motor;
-                            prop_assert_eq!(incarnation, lives[index]);
+                            prop_assert_eq!(incarnation, incarnations[index]);
                             (alive[index], hangs[index]) = (true, false);
                         }
                         Action::Terminate(process) if hangs[place(process)] => {}

@@ -66,20 +66,20 @@ fn put(root: &TempDir, file: &str, text: &str) {
     fs::write(file, text).unwrap();
 }
 
-fn bad(root: &TempDir, machine: &Machine) -> Vec<Finding> {
+fn findings(root: &TempDir, machine: &Machine) -> Vec<Finding> {
     let findings = judge(&System::below(root.path()), machine);
     assert_eq!(findings.len(), 17);
     findings.into_iter().filter(|finding| finding.verdict != Verdict::Good).collect()
 }
 
 #[test]
-fn a_machine_as_it_should_be_has_nothing_to_mend() {
+fn a_correctly_configured_machine_has_no_finding() {
     let (root, machine) = good();
-    assert_eq!(bad(&root, &machine), []);
+    assert_eq!(findings(&root, &machine), []);
 }
 
 #[test]
-fn a_machine_that_says_nothing_of_itself_is_judged_without_a_panic() {
+fn a_machine_without_readable_settings_is_checked_without_a_panic() {
     let root = tempfile::tempdir().unwrap();
     let findings = judge(&System::below(root.path()), &Machine::default());
     assert_eq!(findings.len(), 17);
@@ -164,26 +164,26 @@ fn every_missing_right_is_found_alone_with_its_remedy() {
         ),
         (Machine { cores: vec![0], hot: Vec::new(), ..good.clone() }, Verdict::Slower, "AllowedCPUs"),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (machine, verdict, word) in cases {
-        let bad: Vec<Finding> = bad(&root, &machine)
+        let findings: Vec<Finding> = findings(&root, &machine)
             .into_iter()
             .filter(|finding| finding.about != "isolated cores" || word.contains("name them"))
             .collect();
-        assert_eq!(bad.len(), 1, "{word}: {bad:?}");
-        assert_eq!(bad[0].verdict, verdict);
-        let mend = bad[0].mend.as_ref().unwrap();
-        assert!(mend.contains(word), "{bad:?}");
-        worded += &format!("{}\n    {}\n    mend: {mend}\n", bad[0].about, bad[0].text);
+        assert_eq!(findings.len(), 1, "{word}: {findings:?}");
+        assert_eq!(findings[0].verdict, verdict);
+        let mend = findings[0].mend.as_ref().unwrap();
+        assert!(mend.contains(word), "{findings:?}");
+        wording += &format!("{}\n    {}\n    mend: {mend}\n", findings[0].about, findings[0].text);
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
 fn an_unpinned_hot_path_has_only_the_cores_that_are_not_isolated() {
     let (root, good) = good();
-    let bad = bad(&root, &Machine { hot: pinned([&[], &[], &[]]), ..good });
-    let cores = bad.iter().find(|finding| finding.about == "cores").unwrap();
+    let findings = findings(&root, &Machine { hot: pinned([&[], &[], &[]]), ..good });
+    let cores = findings.iter().find(|finding| finding.about == "cores").unwrap();
     assert!(cores.text.contains("[0]") && cores.text.contains(" 4"), "{cores:?}");
     assert!(cores.mend.as_ref().unwrap().contains("among [0, 1, 2, 3]"), "{cores:?}");
 }
@@ -209,11 +209,11 @@ fn threads_that_share_a_core_while_others_are_free_are_named() {
         let found = cores::plan(&hot, &(0..cores).collect::<Vec<_>>());
         (found.verdict, found.text, found.mend)
     };
-    let mut worded = String::new();
+    let mut wording = String::new();
     let mut found = |plan: (Verdict, String, Option<String>)| {
         let (verdict, text, mend) = plan;
         let mend = mend.unwrap_or_else(|| "nothing".to_owned());
-        worded += &format!("{text}\n    mend: {mend}\n");
+        wording += &format!("{text}\n    mend: {mend}\n");
         (verdict, mend)
     };
     let good = || (Verdict::Good, "nothing".to_owned());
@@ -226,7 +226,7 @@ fn threads_that_share_a_core_while_others_are_free_are_named() {
     assert_eq!(found(plan(16, &[3, 4, 5], 2, &[5, 6])), slower("[3, 4, 7]"));
     // Two independent crowds.
     assert_eq!(found(plan(5, &[2], 1, &[1])), slower("[3, 4]"));
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
     // The search stays fast for many threads.
     let many: Vec<u16> = (3..60).collect();
     let (verdict, text, _) = plan(64, &many, 90, &many);
@@ -257,12 +257,12 @@ fn every_wrong_kernel_setting_is_found_alone_with_its_remedy() {
     ] {
         let (root, machine) = good();
         put(&root, file, text);
-        let bad = bad(&root, &machine);
-        assert_eq!(bad.len(), 1, "{file}: {bad:?}");
-        assert_eq!(bad[0].verdict, Verdict::Slower);
-        assert!(bad[0].mend.as_ref().unwrap().contains(word), "{bad:?}");
+        let findings = findings(&root, &machine);
+        assert_eq!(findings.len(), 1, "{file}: {findings:?}");
+        assert_eq!(findings[0].verdict, Verdict::Slower);
+        assert!(findings[0].mend.as_ref().unwrap().contains(word), "{findings:?}");
         let would: Vec<_> =
-            bad[0].changes.iter().map(|change| (change.from.as_str(), change.to.as_str())).collect();
+            findings[0].changes.iter().map(|change| (change.from.as_str(), change.to.as_str())).collect();
         assert_eq!(would, Vec::from_iter(change), "{file}");
     }
 }
@@ -271,7 +271,7 @@ fn every_wrong_kernel_setting_is_found_alone_with_its_remedy() {
 fn idle_states_that_no_core_enters_may_be_deep() {
     let (root, machine) = good();
     put(&root, "sys/devices/system/cpu/cpu2/cpuidle/state1/latency", "400");
-    assert_eq!(bad(&root, &Machine { sleep: IdleStatePolicy::Prevented, ..machine }), []);
+    assert_eq!(findings(&root, &Machine { sleep: IdleStatePolicy::Prevented, ..machine }), []);
 }
 
 #[test]
@@ -279,16 +279,16 @@ fn virtual_cores_that_always_halt_are_reported() {
     let with = |sleep, files: &[(&str, &str)]| {
         let (root, machine) = good();
         files.iter().for_each(|(file, text)| put(&root, file, text));
-        bad(&root, &Machine { sleep, ..machine })
+        findings(&root, &Machine { sleep, ..machine })
     };
     let awake = |files: &[(&str, &str)]| with(IdleStatePolicy::Prevented, files);
     let driver = ("sys/devices/system/cpu/cpuidle/current_driver", "none\n");
     let guest = ("proc/cpuinfo", "flags\t: fpu hypervisor lahf_lm\n");
-    let bad = awake(&[driver, guest]);
-    assert_eq!(bad.len(), 1, "{bad:?}");
-    assert_eq!((bad[0].verdict, bad[0].about.as_str()), (Verdict::Slower, "idle states"));
-    assert!(bad[0].mend.as_ref().unwrap().contains("idle=poll"), "{bad:?}");
-    assert_eq!(with(IdleStatePolicy::Allowed, &[driver, guest]), bad, "nor where nobody asks");
+    let findings = awake(&[driver, guest]);
+    assert_eq!(findings.len(), 1, "{findings:?}");
+    assert_eq!((findings[0].verdict, findings[0].about.as_str()), (Verdict::Slower, "idle states"));
+    assert!(findings[0].mend.as_ref().unwrap().contains("idle=poll"), "{findings:?}");
+    assert_eq!(with(IdleStatePolicy::Allowed, &[driver, guest]), findings, "nor where nobody asks");
     assert_eq!(awake(&[driver]), [], "a real core wakes soon");
     assert_eq!(awake(&[(driver.0, "haltpoll\n"), guest]), [], "the driver polls");
     assert_eq!(awake(&[driver, guest, ("proc/cmdline", "quiet idle=poll\n")]), [], "nothing halts");
@@ -299,8 +299,8 @@ fn a_more_preemptible_kernel_mode_is_recommended() {
     let (root, machine) = good();
     put(&root, "proc/version", "Linux version 6.12 SMP PREEMPT_DYNAMIC");
     put(&root, "sys/kernel/debug/sched/preempt", "none (voluntary) full lazy");
-    let bad = bad(&root, &machine);
-    assert_eq!(bad[0].changes, [Change::new("/sys/kernel/debug/sched/preempt", "voluntary", "full")]);
+    let findings = findings(&root, &machine);
+    assert_eq!(findings[0].changes, [Change::new("/sys/kernel/debug/sched/preempt", "voluntary", "full")]);
 }
 
 #[test]

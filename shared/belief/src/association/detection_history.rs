@@ -261,7 +261,7 @@ mod tests {
         }
 
         #[test]
-        fn within_the_room_the_order_of_merging_makes_no_difference(sighted in sighted()) {
+        fn within_the_capacity_merge_order_does_not_change_the_intervals(sighted in sighted()) {
             let all: Vec<_> = sighted.iter().flatten().copied().take(MAX_INTERVALS).collect();
             let mut backwards = all.clone();
             backwards.reverse();
@@ -271,13 +271,13 @@ mod tests {
     }
 
     #[test]
-    fn a_thing_seen_all_the_time_is_one_run() {
+    fn uninterrupted_detections_form_one_interval() {
         let frames: Vec<_> = (0..1_000).map(|number| (0, number)).collect();
         assert_eq!(remembered(&frames).len, 1);
     }
 
     #[test]
-    fn without_room_the_shortest_interruption_is_forgotten() {
+    fn beyond_the_capacity_the_shortest_interruption_is_dropped() {
         // Nine detections with growing gaps: the first two are merged into one interval.
         let frames: Vec<_> = (0..9).map(|number| (0, number * (number + 3))).collect();
         let intervals = remembered(&frames);
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn two_that_were_missed_often_stay_apart() {
+    fn alternating_detections_keep_their_cannot_link_at_full_capacity() {
         // Each belief misses every third frame, in turn.
         let frames = |first| (0..60).filter(move |number| number % 3 != first).map(|number| (0, number));
         let [a, b] = [0, 1].map(|first| remembered(&frames(first).collect::<Vec<_>>()));
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn of_more_sources_than_there_is_room_for_the_latest_count() {
+    fn beyond_the_source_capacity_the_latest_sources_are_kept() {
         let frames: Vec<_> = (0..9).map(|number| (u16::try_from(number).unwrap(), number)).collect();
         let intervals = remembered(&frames);
         assert!(!apart(intervals, remembered(&[(0, 0)])) && apart(intervals, remembered(&[(8, 8)])));

@@ -232,7 +232,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_matched_in_a_round_is_forgotten_in_the_next() {
+    fn matches_of_an_association_round_are_cleared_in_the_next() {
         let mut matching = Matching::new(2);
         let keep = |matching: &mut Matching| {
             matching.matched[1] = Proposal { distance: 0.0, slot: 0, generation: matching.generation };

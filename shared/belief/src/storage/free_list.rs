@@ -56,7 +56,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_lowest_vacant_slot_is_given_out_first(
+        fn the_lowest_vacant_slot_is_allocated_first(
             slots in 1..200_u32,
             back in prop::collection::vec(prop::option::of(0..200_u32), 1..400),
         ) {
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn of_no_slots_none_is_vacant() {
+    fn an_empty_slot_table_has_no_vacant_slot() {
         assert_eq!(FreeList::all(0).take(), None);
     }
 }

@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn what_others_could_read_is_refused() {
+    fn key_files_readable_by_others_are_refused() {
         for open in ["tcp/0.0.0.0:7447", "tcp/192.168.0.7:7447", "tcp/[::]:7447", "tcp/127.0.0.1:1"] {
             assert!(endpoint(open).unwrap_err().contains("is no endpoint, as in \"quic/"), "{open}");
         }
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_endpoint_is_refused() {
+    fn an_invalid_endpoint_is_refused() {
         for wrong in
             ["", "quic", "quic/leo", "quic/leo:", "quic/leo:70000", "quic/:7447", "tls/leo:1", "quic/a#b:1"]
         {
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_is_part_of_no_other() {
+    fn a_robot_name_contains_no_separator_or_wildcard() {
         assert!(RobotName::try_from("leo-2".to_owned()).is_ok());
         for wrong in ["", "leo/2", "*", "leo 2"] {
             assert!(RobotName::try_from(wrong.to_owned()).is_err(), "{wrong}");

@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn an_invalid_frame_is_refused_with_its_correction() {
-        let mut worded = String::new();
+        let mut wording = String::new();
         for (frame, word) in [
             ("{ position_m = [0, 0, 0] }", "heading_deg or orientation_xyzw"),
             (
@@ -207,9 +207,9 @@ mod tests {
         ] {
             let error = source(&format!("frame = {frame}")).unwrap_err();
             assert!(error.starts_with("x.toml:3:") && error.contains(word), "{error}");
-            worded += &format!("{frame}\n    {error}\n");
+            wording += &format!("{frame}\n    {error}\n");
         }
-        insta::assert_snapshot!(worded);
+        insta::assert_snapshot!(wording);
     }
 
     #[test]
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_noisier_a_source_the_less_it_counts() {
+    fn confidence_decreases_with_the_noise_of_a_source() {
         let percepts = Percepts::builtin();
         let confidence =
             |sd_m: f64| source(&format!("position_sd_m = {sd_m:?}")).unwrap().confidence(&percepts);

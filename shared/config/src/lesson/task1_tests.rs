@@ -9,16 +9,16 @@ const MARGIN_M: f64 = 0.010;
 fn meets(wall: &Occluder, margin_m: f64, eye: [f64; 3], point: [f64; 3]) -> bool {
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for axis in 0..3 {
-        let way = point[axis] - eye[axis];
+        let direction = point[axis] - eye[axis];
         let half = wall.half_extents_m[axis] + margin_m;
         let (low, high) = (wall.centre_m[axis] - half - eye[axis], wall.centre_m[axis] + half - eye[axis]);
-        if way.abs() < 1e-12 {
+        if direction.abs() < 1e-12 {
             if low > 0.0 || high < 0.0 {
                 return false;
             }
         } else {
-            enter = enter.max((low / way).min(high / way));
-            leave = leave.min((low / way).max(high / way));
+            enter = enter.max((low / direction).min(high / direction));
+            leave = leave.min((low / direction).max(high / direction));
         }
     }
     enter <= leave
@@ -45,7 +45,7 @@ fn is_hidden(object: &Object, table: &Table, eye: [f64; 3], margin_m: f64) -> [b
 }
 
 #[test]
-fn the_wall_hides_all_of_the_blue_block_and_nothing_else() {
+fn the_wall_hides_exactly_the_blue_block() {
     let lesson = Lesson::builtin();
     let eye = lesson.teachers[0].eyes_m;
     assert_eq!(lesson.demonstrations.len(), 2);
@@ -67,13 +67,13 @@ fn the_wall_hides_all_of_the_blue_block_and_nothing_else() {
 }
 
 #[test]
-fn everything_lies_within_the_teachers_field_of_view() {
+fn every_object_lies_within_the_teachers_field_of_view() {
     let lesson = Lesson::builtin();
     let teacher = lesson.teachers[0];
     let towards = |point: [f64; 3]| {
-        let way = [0, 1, 2].map(|axis| point[axis] - teacher.eyes_m[axis]);
-        let length = way.iter().map(|part| part * part).sum::<f64>().sqrt();
-        way.map(|part| part / length)
+        let direction = [0, 1, 2].map(|axis| point[axis] - teacher.eyes_m[axis]);
+        let length = direction.iter().map(|part| part * part).sum::<f64>().sqrt();
+        direction.map(|part| part / length)
     };
     let gaze = towards(teacher.looks_at_m);
     let mut seen = 0;

@@ -135,14 +135,14 @@ fn faults_between_fields_are_named_where_they_stand() {
         (r#"say = "It is done""#, r#"say = " ""#, "1 to"),
         ("position_sd_m = 0.0", "position_sd_m = nan", "NaN"),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (from, to, word) in faults {
         let error = refusal(from, to);
         assert!(reason_of(&error).contains(word), "{error} does not name {word}");
-        worded += &format!("{to}\n    {error}\n");
+        wording += &format!("{to}\n    {error}\n");
     }
     assert_eq!(faults.len(), 27);
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn a_demonstration_without_utterances_is_refused() {
 }
 
 #[test]
-fn a_lesson_that_shows_nothing_is_refused() {
+fn a_lesson_without_demonstrations_is_refused() {
     let (head, _) = SMALL.split_once("[[demonstration]]").unwrap();
     insta::assert_snapshot!(parse(head).unwrap_err());
 }
@@ -272,7 +272,7 @@ fn a_teacher_that_left_is_away_at_the_next_table_too() {
 }
 
 #[test]
-fn an_occluder_is_pushed_about() {
+fn a_script_may_push_an_occluder() {
     let slides = SMALL.replace(
         "at_s = 6.0, who = 1, leave = true },\n  { at_s = 7.0, who = 1, return = true",
         r#"at_s = 6.0, who = 1, slide = "wall", to_m = [0.3, 0.5], duration_s = 1.0"#,

@@ -71,7 +71,7 @@ fn the_compiler_lays_the_types_out_as_written_down() {
 }
 
 #[test]
-fn every_type_name_is_the_types_own_and_carries_a_version() {
+fn every_type_has_a_unique_name_with_a_version() {
     let declared = declared();
     for (name, declared) in &declared {
         let version = declared.type_name.strip_prefix(&format!("leo/{name}/"));

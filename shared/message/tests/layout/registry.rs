@@ -156,7 +156,7 @@ fn names_and_codes_are_unique_and_lead_back_to_the_topic() {
 }
 
 #[test]
-fn rows_are_consistent() {
+fn registry_rows_are_consistent() {
     for topic in TopicId::one_of_each(0) {
         let row = topic.row();
         // The link publishes for a process only. Heartbeats count the subscribers of one latched topic.

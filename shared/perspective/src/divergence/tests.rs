@@ -172,7 +172,7 @@ fn paired_plainly(began_at: u64, robots: &[Known], his: &[Known]) -> BTreeSet<(u
 
 proptest! {
     #[test]
-    fn the_pairs_are_those_that_all_pairs_in_their_order_give((robots, his) in minds(), began in 1..20_u64) {
+    fn pairing_equals_a_greedy_search_over_all_sorted_pairs((robots, his) in minds(), began in 1..20_u64) {
         let mut divergence = new();
         let _ = compare(&mut divergence, began, &robots, &his);
         let pairs: BTreeSet<_> = divergence.pairs.iter().copied().collect();
@@ -226,7 +226,7 @@ proptest! {
     }
 
     #[test]
-    fn where_the_base_and_the_frames_lie_changes_nothing(
+    fn divergence_is_independent_of_the_base_and_the_frames(
         instants in prop::collection::vec(minds(), 1..3),
         base in pose(),
         his in pose(),
@@ -317,7 +317,7 @@ fn a_touched_object_is_one_with_its_earlier_sighting() {
 }
 
 #[test]
-fn what_only_one_has_seen_of_a_thing_is_a_difference_too() {
+fn a_percept_known_to_one_side_only_is_a_difference() {
     let on = PERCEPTS.index("on").unwrap();
     let thing = red([0.6, 0.0, 0.03], 5, 5);
     let (base, opposite) = frames();
@@ -348,7 +348,7 @@ fn a_head_with_a_false_frame_is_harmless() {
 }
 
 #[test]
-fn a_pile_is_paired_a_part_at_each_instant() {
+fn a_pile_of_similar_objects_is_paired_over_several_steps() {
     // All at one place and alike: every pair is equally close.
     let pile: Vec<Known> = (0..200).map(|_| red([0.6, 0.0, 0.03], 5, 5)).collect();
     let mut divergence = Divergence::new(&PERCEPTS, pile.len());
@@ -364,7 +364,7 @@ fn a_pile_is_paired_a_part_at_each_instant() {
 }
 
 #[test]
-fn length_is_compared_and_nearness_is_not() {
+fn absolute_percepts_are_compared_and_viewer_dependent_ones_are_not() {
     let mut percepts = Percepts::builtin();
     let state = percepts.percepts[8].clone();
     percepts.percepts.truncate(6);

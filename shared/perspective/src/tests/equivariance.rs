@@ -188,7 +188,7 @@ proptest! {
     }
 
     #[test]
-    fn in_their_frames_nested_beliefs_are_the_same_wherever_the_world_is(world in world()) {
+    fn nested_beliefs_in_their_frames_are_independent_of_the_world_pose(world in world()) {
         let minds = || Minds::perceiving(PERCEPTS.clone(), &CONFIG, 1, 3);
         let (mut here, mut there) = (minds(), minds());
         for (time, things) in world.steps() {

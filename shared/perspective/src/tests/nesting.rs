@@ -81,7 +81,7 @@ fn walls_beyond_a_partners_capacity_are_counted() {
 }
 
 #[test]
-fn a_wall_unseen_by_a_partner_hides_nothing_in_its_nested_perspective() {
+fn a_wall_unseen_by_a_partner_never_occludes_in_its_nested_perspective() {
     let mut config = Perspective::builtin();
     config.sight.cone_half_angle_deg = 25.0.try_into().unwrap();
     config.sight.absent_after_ms = 10_000.0.try_into().unwrap();
@@ -170,7 +170,7 @@ fn nested_beliefs_freeze_while_their_partner_is_absent() {
 }
 
 #[test]
-fn the_robots_head_is_where_it_was_observed_of_late() {
+fn the_pose_of_the_robots_head_is_the_latest_observed() {
     let mut minds = Minds::new(1, 2);
     let beside = Observation { position_m: [0.0, 0.9, 0.03], ..button(1.0) };
     let turned = head(person([0.06, 0.0, 0.62], [0.0, 0.9, 0.03]));

@@ -27,7 +27,7 @@ fn a_block_behind_a_barrier_never_enters_the_partners_beliefs() {
 }
 
 #[test]
-fn persons_and_barriers_become_nobodys_beliefs() {
+fn persons_and_barriers_never_become_beliefs() {
     let mut world = Workspace::new();
     let other = Observation { partner: 2, ..person([0.7, 0.5, 0.3], EYES) };
     world.run(SECOND, &[wall(WALL), person(EYES, TABLE), other]);
@@ -53,7 +53,7 @@ fn a_barrier_hides_while_it_is_not_observed_itself() {
 }
 
 #[test]
-fn a_barrier_that_is_not_where_the_robot_looks_is_gone() {
+fn a_barrier_missing_from_its_observed_place_is_removed() {
     let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
     world.run(SECOND, &[wall(WALL), person(EYES, TABLE)]);
     world.step(&[person(EYES, TABLE), block(HIDDEN)]);
@@ -107,7 +107,7 @@ fn a_barrier_that_is_pushed_aside_is_one_barrier() {
 }
 
 #[test]
-fn barriers_beyond_those_that_can_be_remembered_replace_the_longest_unseen() {
+fn barriers_beyond_the_capacity_replace_the_longest_unseen() {
     let mut config = looking_aside([0.0, -1.0, 0.0]);
     config.occluders.max_count = 2.try_into().unwrap();
     let mut world = Workspace::with(&config);

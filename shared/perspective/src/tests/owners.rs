@@ -44,7 +44,7 @@ fn in_the_second_task_each_table_side_belongs_to_its_agent() {
 }
 
 #[test]
-fn where_the_things_are_not_apart_all_is_everybodys() {
+fn objects_without_separate_groups_have_no_owner() {
     // The gap is 1.4 times the longest link.
     assert_eq!(by_territory(&[[0.3, 0.0], [0.4, 0.0], [0.54, 0.0], [0.64, 0.0]]), [NOBODY; 4]);
     assert_eq!(by_territory(&[[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0]]), [0, 0, 1, 1]);
@@ -209,7 +209,7 @@ fn many_objects_are_compared_over_several_steps() {
 }
 
 #[test]
-fn however_many_they_are_it_takes_eight_steps_more_at_most() {
+fn territories_of_many_objects_are_computed_within_eight_further_steps() {
     let mut config = Perspective::builtin();
     config.ownership = ownership(OwnershipRule::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 256);
@@ -236,7 +236,7 @@ fn too_many_objects_have_no_owners() {
 }
 
 #[test]
-fn a_thing_without_a_place_leaves_no_territories() {
+fn an_object_without_a_position_prevents_territories() {
     let mut owners = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 64);
     let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [f64::NAN, 0.0]];
     owners.update(claims(&places[..4]), agents([ROBOT, TEACHER]));
@@ -246,7 +246,7 @@ fn a_thing_without_a_place_leaves_no_territories() {
 }
 
 #[test]
-fn a_copy_judges_as_the_original_does() {
+fn a_cloned_ownership_estimator_gives_the_same_owners() {
     let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [1.4, 0.1]];
     let mut copy = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 4).clone();
     copy.update(claims(&places), agents([ROBOT, TEACHER]));
@@ -350,7 +350,7 @@ proptest! {
 
     /// An estimator with history compares all pairs only after a large motion. It must agree with a new one.
     #[test]
-    fn territories_follow_things_however_far_they_went(
+    fn territories_follow_objects_over_any_distance(
         places in prop::collection::vec((-0.15..0.15_f64, -0.3..0.3_f64), 2..8),
         apart in (0.1..0.6_f64, 0.6..1.4_f64),
         steps in prop::collection::vec((

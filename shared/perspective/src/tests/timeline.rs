@@ -129,7 +129,7 @@ fn remembered_objects_stay_in_place_when_the_partner_walks() {
 }
 
 #[test]
-fn silence_is_no_absence() {
+fn a_silent_source_does_not_make_objects_absent() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, TABLE), block([0.6, 0.0, 0.03])]);
     for _ in 0..600 {

@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn what_only_one_believes_in_is_told_as_that() {
+    fn a_belief_of_one_side_only_is_reported_as_such() {
         let hidden = [Difference::new(Some(3), None)];
         // When the robot no longer has the belief either, nothing is reported.
         let unknown = reported(&[(0, &hidden), (500, &hidden), (600, &[]), (1100, &[])]);
@@ -194,7 +194,7 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_of_another_kind_is_told_anew() {
+    fn a_difference_of_another_kind_is_reported_again() {
         let (hidden, known) = ([Difference::new(Some(3), None)], [about(&["position", "filled"])]);
         let lines = reported(&[(0, &hidden), (500, &hidden), (600, &known), (1100, &known)]);
         assert_eq!(times(&lines), [500, 1100]);

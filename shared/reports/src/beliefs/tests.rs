@@ -81,7 +81,7 @@ fn from_there([x, y, z]: [f32; 3]) -> [f32; 3] {
 }
 
 #[test]
-fn beginning_changing_and_ceasing_to_believe_are_told_once() {
+fn beginning_change_and_end_of_a_belief_are_reported_once() {
     let mut story = Story::new();
     let block = |on, held_by| [(1, HERE, 0, Some(on), held_by)];
     let green = [(1, HERE, 1, Some(1.0), NOBODY)];
@@ -101,7 +101,7 @@ fn beginning_changing_and_ceasing_to_believe_are_told_once() {
 }
 
 #[test]
-fn a_thing_that_moves_is_told_of_once_it_rests() {
+fn a_moving_object_is_reported_once_it_rests() {
     let mut story = Story::new();
     let at = |y: f32| [(1, [0.5, y, 0.0], 0, None, NOBODY)];
     story.instant(0, &at(0.0), None);
@@ -130,7 +130,7 @@ fn divergences_and_their_ends_are_reported() {
 }
 
 #[test]
-fn the_table_at_the_end_says_what_differs_and_what_went_in() {
+fn the_final_table_lists_the_differences_and_the_input() {
     let percepts = Percepts::builtin();
     let mut story = Story::new();
     story.instant(
@@ -194,7 +194,7 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
 }
 
 #[test]
-fn programs_are_told_numbers_as_they_are_and_symbols_by_name() {
+fn json_has_raw_numbers_and_names_of_symbols() {
     let mut story = Story::new();
     story.instant(
         7,

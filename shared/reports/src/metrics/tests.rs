@@ -104,7 +104,7 @@ fn readings_are_exported_with_their_labels() {
 }
 
 #[test]
-fn buckets_count_whatever_lies_below_their_bound_exactly() {
+fn each_bucket_counts_exactly_the_values_below_its_bound() {
     let text = openmetrics(&readings());
     let bucket = |le: &str| {
         let start = format!("leo_wakeup_seconds_bucket{{process=\"sensor\",le=\"{le}\"}} ");
@@ -117,7 +117,7 @@ fn buckets_count_whatever_lies_below_their_bound_exactly() {
 }
 
 #[test]
-fn a_robot_of_which_nothing_could_be_read_is_still_a_page() {
+fn a_robot_without_readable_boards_still_gives_a_page() {
     let text = openmetrics(&Readings::default());
     assert!(text.starts_with("# TYPE leo_build info\n") && text.ends_with("# EOF\n"));
     assert_eq!(text.lines().filter(|line| line.starts_with("# TYPE")).count(), 1, "{text}");

@@ -130,7 +130,7 @@ fn a_flipped_bit_costs_one_two_or_all_servos_by_its_place() {
 }
 
 #[test]
-fn what_is_cut_short_costs_no_servo_before_it() {
+fn a_truncated_fast_reply_keeps_the_servos_before_the_cut() {
     let parts = thirteen();
     let (bytes, ends) = frame(&parts, &parts);
     // Servo 5 stops in the middle of its block, and the servos after it reply.
@@ -188,7 +188,7 @@ fn servos_behind_a_silent_one_are_read() {
 }
 
 #[test]
-fn noise_and_frames_of_others_before_it_cost_nothing() {
+fn noise_and_foreign_frames_before_a_fast_reply_are_skipped() {
     let parts = thirteen();
     let mut stray = [0; 32];
     let length = Status { id: id(3), alert: false, fault: None, params: &[1, 2] }.encode(&mut stray).unwrap();
@@ -206,7 +206,7 @@ fn noise_and_frames_of_others_before_it_cost_nothing() {
 
 /// The read lengths rotate, so a late reply has another length.
 #[test]
-fn an_answer_to_an_earlier_question_is_not_taken() {
+fn a_fast_reply_to_an_earlier_request_is_not_used() {
     let (parts, mut late) = (thirteen(), thirteen());
     late.iter_mut().for_each(|(_, _, data)| data.push(9));
     let bytes = [frame(&late, &late).0, frame(&parts, &parts).0].concat();
@@ -218,7 +218,7 @@ fn an_answer_to_an_earlier_question_is_not_taken() {
 }
 
 #[test]
-fn what_comes_behind_it_stays() {
+fn bytes_behind_a_fast_reply_are_kept() {
     let parts = thirteen();
     let (mut parser, mut reply) = (Parser::new(), awaiting(&parts));
     let mut next = [0; 32];
@@ -230,7 +230,7 @@ fn what_comes_behind_it_stays() {
 }
 
 #[test]
-fn after_a_broken_answer_a_second_one_fills_the_gaps() {
+fn a_second_fast_reply_fills_the_gaps_of_a_damaged_one() {
     let parts = thirteen();
     let whole = frame(&parts, &parts).0;
     let mut broken = whole.clone();
@@ -269,7 +269,7 @@ fn alert_and_fault_reach_the_caller() {
 }
 
 #[test]
-fn more_than_a_frame_brings_is_refused() {
+fn a_fast_read_of_more_bytes_than_a_frame_is_refused() {
     let mut reply = FastReply::new();
     let said = reply.expect((0..100).map(|servo| (id(servo), 100))).unwrap_err();
     assert_eq!(said, ReplyTooLongError { servos: 100, bytes: 10_408 });

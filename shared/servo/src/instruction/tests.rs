@@ -92,7 +92,7 @@ fn a_frame_that_does_not_fit_is_refused() {
 }
 
 #[test]
-fn records_that_do_not_come_out_even_are_refused() {
+fn records_of_unequal_length_are_refused() {
     let frame = Frame { address: Address::All, instruction: 0x83, params: &[116, 0, 4, 0, 1, 2, 3] };
     assert_eq!(Instruction::parse(&frame), Err(Fault::Length));
 }
@@ -114,7 +114,7 @@ fn dangerous_instructions_need_their_key() {
 }
 
 #[test]
-fn bulk_records_that_do_not_come_out_even_are_refused() {
+fn bulk_records_of_a_wrong_length_are_refused() {
     for (instruction, params) in [(0x92, &FAST_BULK_READ[..14]), (0x9A, &FAST_BULK_READ[..11])] {
         let frame = Frame { address: Address::All, instruction, params };
         assert_eq!(Instruction::parse(&frame), Err(Fault::Length));
@@ -128,7 +128,7 @@ fn bulk_records_that_do_not_come_out_even_are_refused() {
 proptest! {
     /// A parsed instruction encodes to the same parameters.
     #[test]
-    fn what_is_parsed_is_encoded_the_same(number in any::<u8>(), params in proptest::collection::vec(any::<u8>(), 0..40)) {
+    fn a_parsed_instruction_is_encoded_unchanged(number in any::<u8>(), params in proptest::collection::vec(any::<u8>(), 0..40)) {
         let frame = Frame { address: Address::All, instruction: number, params: &params };
         if let Ok(instruction) = Instruction::parse(&frame) {
             let mut bytes = [0; 128];

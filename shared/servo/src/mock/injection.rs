@@ -275,11 +275,11 @@ mod tests {
     use proptest::prelude::*;
 
     fn parse(text: &str) -> Result<FaultSpec, String> {
-        text.parse().map_err(|bad: FaultSpecError| bad.to_string())
+        text.parse().map_err(|error: FaultSpecError| error.to_string())
     }
 
     #[test]
-    fn a_fault_prints_as_it_was_written() {
+    fn a_parsed_fault_is_displayed_as_written() {
         for text in [
             "drop",
             "drop bus=torso id=5 p=0.01 from=2s for=10s",
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn an_invalid_fault_is_named_with_the_valid_ones() {
-        let mut worded = String::new();
+        let mut wording = String::new();
         for (text, word) in [
             ("", ""),
             ("drop 5", "5"),
@@ -327,12 +327,12 @@ mod tests {
         ] {
             let error = text.parse::<FaultSpec>().unwrap_err();
             assert_eq!(error.word, word, "{text}: {error}");
-            worded += &format!("{text}\n    {error}\n");
+            wording += &format!("{text}\n    {error}\n");
         }
         let drop = parse("drop bus=torsoo").unwrap();
         let error = drop.check_buses(["torso", "face"].into_iter()).unwrap_err();
         assert_eq!(error.word, "bus=torsoo");
-        insta::assert_snapshot!(worded + &error.to_string());
+        insta::assert_snapshot!(wording + &error.to_string());
     }
 
     proptest! {

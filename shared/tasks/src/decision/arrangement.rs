@@ -269,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn a_figure_is_called_by_how_its_copy_is_turned() {
+    fn an_arrangement_is_named_by_the_rotation_of_its_copy() {
         let names = [0, 1].map(|perspective| {
             let view = view(perspective, &HEAP, &BUILT);
             arrangements(&[&view])[0].name.clone()
@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn the_figure_that_most_examples_show_comes_first() {
+    fn the_arrangement_shown_by_most_examples_ranks_first() {
         let shifted = BUILT.map(|(colour, x, y)| (colour, x - 0.2, y + 0.05));
         let other = [("red", 0.75, -0.1), ("blue", 0.75, 0.1), ("green", 1.2, -0.3)];
         let views = [view(0, &HEAP, &other), view(0, &HEAP, &BUILT), view(0, &HEAP, &shifted[..2])];

@@ -66,8 +66,8 @@ pub fn decide_with(
         OnConflict::Own => Decision::Followed(0),
         OnConflict::Resolve => {
             let simulated: Vec<u16> = learned.keys().copied().collect();
-            match doubt(language, task, &simulated, theirs) {
-                Some(doubt) => Decision::Open(doubt),
+            match open_question(language, task, &simulated, theirs) {
+                Some(question) => Decision::Open(question),
                 None if contradicted(task, own, theirs) < contradicted(task, theirs, own) => {
                     Decision::Followed(0)
                 }
@@ -92,7 +92,12 @@ pub fn differ(one: &Learned, other: &Learned) -> bool {
 }
 
 /// The first kind of object that contradicts the teacher's rules, is known to the teacher, and has no answer yet.
-fn doubt(language: &Language, task: &Task, simulated: &[u16], theirs: &Learned) -> Option<OpenQuestion> {
+fn open_question(
+    language: &Language,
+    task: &Task,
+    simulated: &[u16],
+    theirs: &Learned,
+) -> Option<OpenQuestion> {
     let can_be_asked =
         |rule: &&Rule| rule.selection == Selection::All && !rule.expectation.contains(&Effect::Moved);
     theirs.primary().filter(can_be_asked).find_map(|rule| {

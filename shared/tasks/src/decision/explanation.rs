@@ -126,7 +126,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn explanations_are_worded() {
+    fn the_text_of_explanations_matches_the_snapshot() {
         let objects = |count: usize| -> Vec<String> {
             ["blue square", "red peg"].iter().take(count).map(|name| (*name).to_owned()).collect()
         };

@@ -9,7 +9,7 @@ use super::rank::{RankingContext, rank};
 use super::rule::Rule;
 use crate::demonstration::{Effect, Object, Signature, Snapshot, View, changes, has_percepts};
 use crate::hypotheses::{
-    DemonstratedObject, Demonstration, Goal, Lexicon, Place, ROUNDING_NATS, Settings, frame_of,
+    DemonstratedObject, Demonstration, GoalBelief, Lexicon, Place, ROUNDING_NATS, Settings, frame_of,
 };
 use crate::language::Language;
 
@@ -45,7 +45,7 @@ pub struct Learning {
     settings: Settings,
     lexicon: Lexicon,
     demonstrations: Vec<Demonstration>,
-    goals: BTreeMap<Signature, Goal>,
+    goals: BTreeMap<Signature, GoalBelief>,
     /// The figure of each example; `None` once a change was more than a displacement.
     arrangements: Option<Vec<ShownArrangement>>,
 }
@@ -98,7 +98,7 @@ impl Learning {
             .collect();
         for signature in signatures {
             if !self.goals.contains_key(signature) {
-                let mut goal = Goal::new(signature, &self.lexicon, &self.settings);
+                let mut goal = GoalBelief::new(signature, &self.lexicon, &self.settings);
                 self.demonstrations.iter().for_each(|past| goal.add(past, &self.lexicon));
                 self.goals.insert(signature.clone(), goal);
             }
@@ -142,7 +142,7 @@ impl Learning {
             if is_candidate(&group) && (slips || Some(group.best_tally()) == best) {
                 learned.goals.push(group.rules);
             } else {
-                let Goal { signature, kinds, .. } = group.goal;
+                let GoalBelief { signature, kinds, .. } = group.goal;
                 learned.means.push(Means { signature: signature.clone(), kinds: kinds.clone() });
             }
         }
@@ -176,7 +176,7 @@ impl Learning {
         let Self { language, settings, lexicon, goals, .. } = self;
         let goal = goals.get_mut(goal)?;
         let scored = goal.hypotheses(lexicon, settings, QUERY_WITHIN_NATS, MAX_RULES);
-        let Goal { signature, seen, .. } = goal;
+        let GoalBelief { signature, seen, .. } = goal;
         inquire(
             &QueryContext { language, lexicon, signature, seen, noise: settings.noise },
             &scored,
@@ -187,7 +187,7 @@ impl Learning {
 
 /// A goal and the rules that explain its changes.
 struct Group<'a> {
-    goal: &'a Goal,
+    goal: &'a GoalBelief,
     is_explained: bool,
     rules: Vec<Rule>,
 }

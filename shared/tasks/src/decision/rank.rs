@@ -7,7 +7,7 @@ use rustc_hash::{FxBuildHasher, FxHashMap};
 use super::rule::{Rule, Standing};
 use super::rule_name::{describe_rule, listing_cost};
 use crate::hypotheses::{
-    Described, Goal, Key, Lexicon, LogSum, Mask, Scored, Selection, Settings, TIE, reduce,
+    Described, GoalBelief, Key, Lexicon, LogSum, Mask, Scored, Selection, Settings, TIE, reduce,
 };
 use crate::language::Language;
 
@@ -34,7 +34,7 @@ struct CandidateRule {
 pub(crate) struct RankingContext<'a> {
     pub(crate) language: &'a Language,
     pub(crate) lexicon: &'a Lexicon,
-    pub(crate) goal: &'a Goal,
+    pub(crate) goal: &'a GoalBelief,
     pub(crate) examples: usize,
 }
 

@@ -68,7 +68,7 @@ impl Rule {
         let members = self.members(snapshot);
         let done = members.iter().filter(|object| self.is_done(object)).count();
         let wanted = match self.selection {
-            Selection::All | Selection::Standing(_) => usize::MAX,
+            Selection::All | Selection::Relation(_) => usize::MAX,
             // If there are too few objects for the number, all of them are wanted.
             Selection::Exactly(count) => count.saturating_sub(done),
             Selection::AllBut(count) => members.len().saturating_sub(count + done),
@@ -81,7 +81,7 @@ impl Rule {
     pub fn members<'a>(&self, snapshot: &'a Snapshot) -> Vec<&'a Object> {
         let mut members: Vec<&Object> =
             snapshot.objects.iter().filter(|object| self.is_about(object)).collect();
-        if let Selection::Standing(relation) = self.selection {
+        if let Selection::Relation(relation) = self.selection {
             let frame = frame_of(snapshot);
             let places: Vec<Option<Place>> = members.iter().map(|object| Place::of(&frame, object)).collect();
             let extent = Extent::of(places.iter().copied().flatten());
@@ -97,7 +97,7 @@ impl Rule {
     pub fn lacks_objects(&self, snapshot: &Snapshot) -> bool {
         let members = self.members(snapshot).len();
         match self.selection {
-            Selection::All | Selection::Standing(_) => members == 0,
+            Selection::All | Selection::Relation(_) => members == 0,
             Selection::Exactly(_) | Selection::AllBut(_) => self.selection.wanted(members).is_none(),
         }
     }

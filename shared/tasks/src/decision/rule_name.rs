@@ -70,7 +70,7 @@ pub(crate) fn describe_rule(
         Selection::Exactly(count) if which.is_none() => format!("{} of them", in_words(count)),
         Selection::Exactly(count) => format!("{}{of_which}", in_words(count)),
         Selection::AllBut(count) => ["all", "but", &in_words(count)].join(" ") + &of_which,
-        Selection::Standing(relation) => format!("{}{of_which}", relation.words()),
+        Selection::Relation(relation) => format!("{}{of_which}", relation.words()),
     }
 }
 

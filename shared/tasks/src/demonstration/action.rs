@@ -1,4 +1,4 @@
-//! Detects the acts of a demonstration.
+//! Detects the actions of a demonstration.
 
 use std::collections::BTreeMap;
 
@@ -13,26 +13,26 @@ use crate::language::Language;
 /// Means suppress the noise of single frames.
 const MAX_REST_DRIFT_M: f64 = 0.01;
 const MEAN_WINDOW: Duration = Duration::from_millis(100);
-/// An act is complete after everything has been at rest and unchanged for this long.
+/// An action is complete after everything has been at rest and unchanged for this long.
 const SETTLING_TIME: Duration = Duration::from_millis(200);
 
-/// A completed act: an object came to rest elsewhere or passed to another hand, or a state changed.
+/// A completed action: an object came to rest elsewhere or passed to another hand, or a state changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Act {
+pub struct Action {
     /// The last holder of one of the objects: 0 the robot, partner 1, 2, …, or `NOBODY`. After a hand-over it is
     /// the giver.
     pub actor: u16,
 }
 
-/// Detects the completion of acts in the stream of beliefs of one perspective.
+/// Detects the completion of actions in the stream of beliefs of one perspective.
 ///
 /// It ignores noise: an object has to move by more than the language's `moved_m`, and a state change has to
-/// pass its hysteresis and persist. An object held still is not put down, so a pause does not end an act. Acts
-/// that overlap in time are merged. [`crate::action_effects`] classifies an act from the beliefs before and after it.
+/// pass its hysteresis and persist. An object held still is not put down, so a pause does not end an action. Actions
+/// that overlap in time are merged. [`crate::action_effects`] classifies an action from the beliefs before and after it.
 #[derive(Clone, Debug, Default)]
 pub struct ActionParser {
     things: BTreeMap<u64, ObjectTracker>,
-    /// The time of the last change or movement, while an act is pending.
+    /// The time of the last change or movement, while an action is pending.
     pending: Option<Instant>,
     actor: Option<u16>,
 }
@@ -70,8 +70,8 @@ impl ActionParser {
         *self = Self::default();
     }
 
-    /// Processes the beliefs of an instant; returns an act if one was just completed.
-    pub fn step(&mut self, now: Instant, language: &Language, beliefs: &[Belief]) -> Option<Act> {
+    /// Processes the beliefs of an instant; returns an action if one was just completed.
+    pub fn step(&mut self, now: Instant, language: &Language, beliefs: &[Belief]) -> Option<Action> {
         let mut busy = false;
         let mut handed = None;
         for belief in beliefs {
@@ -93,9 +93,9 @@ impl ActionParser {
             handed = handed.or_else(|| thing.handed(now, place_m, belief.held_by));
         }
         if let Some(giver) = handed {
-            // A hand-over is an act of its own: what the receiver does next is another.
+            // A hand-over is an action of its own: what the receiver does next is another.
             self.pending = None;
-            return Some(Act { actor: giver });
+            return Some(Action { actor: giver });
         }
         if !busy && self.pending.is_none() {
             // All objects are back in place: there was no act, and the next one may have another actor.
@@ -106,7 +106,7 @@ impl ActionParser {
             return None;
         }
         self.pending = None;
-        Some(Act { actor: self.actor.take().unwrap_or(NOBODY) })
+        Some(Action { actor: self.actor.take().unwrap_or(NOBODY) })
     }
 }
 

@@ -1,4 +1,4 @@
-//! Classifies an act by its effects on the objects.
+//! Classifies an action by its effects on the objects.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,7 +11,7 @@ use super::snapshot::{Object, Snapshot};
 /// the difference of two low-pass filtered heights with 10 mm of noise each.
 const RESTS_WITHIN_M: f64 = 0.025;
 
-/// The effect of an act on one object, in relation to another object or agent. It is also the goal of the act:
+/// The effect of an action on one object, in relation to another object or agent. It is also the goal of the action:
 /// [`ActionEffect::is_achieved`].
 ///
 /// Displacement and state changes of the object are in its [`Change`].
@@ -45,18 +45,18 @@ impl ActionEffect {
     }
 }
 
-/// The snapshots of one perspective around an act.
+/// The snapshots of one perspective around an action.
 #[derive(Clone, Copy, Debug)]
-pub struct ActContext<'a> {
+pub struct ActionContext<'a> {
     /// At the beginning of the demonstration, Snp(t0, P).
     pub at_start: &'a Snapshot,
     /// At the end of the preceding act, Snp(t_a, P).
     pub before: &'a Snapshot,
-    /// At the end of the act, Snp(t_b, P).
+    /// At the end of the action, Snp(t_b, P).
     pub after: &'a Snapshot,
 }
 
-/// The effects of an act of `actor` on the objects in `changes`; objects without an effect beyond their change are
+/// The effects of an action of `actor` on the objects in `changes`; objects without an effect beyond their change are
 /// left out.
 ///
 /// - Placed on: the object was displaced relative to its support. An object carried on a tray, or a tower on a pushed
@@ -67,7 +67,7 @@ pub struct ActContext<'a> {
 /// - An object that changed a state of its own (an inserted peg) is not placed, and is handed over only into a hand.
 ///
 /// ```
-/// use tasks::{ActContext, ActionEffect, Object, Snapshot, changes, action_effects};
+/// use tasks::{ActionContext, ActionEffect, Object, Snapshot, changes, action_effects};
 ///
 /// let block = |id, [x, z]: [f64; 2]| Object {
 ///     id,
@@ -77,18 +77,18 @@ pub struct ActContext<'a> {
 /// };
 /// let before = Snapshot { objects: vec![block(1, [0.0, 0.03]), block(2, [0.3, 0.03])], ..Snapshot::default() };
 /// let after = Snapshot { objects: vec![block(1, [0.3, 0.09]), block(2, [0.3, 0.03])], ..Snapshot::default() };
-/// let course = ActContext { at_start: &before, before: &before, after: &after };
+/// let course = ActionContext { at_start: &before, before: &before, after: &after };
 /// let action_effects = action_effects(1, &course, &changes(&before, &after, 0.03), 0.03);
 /// assert!(action_effects[&1].contains(&ActionEffect::PlacedOn { support: 2 }));
 /// ```
 #[must_use]
 pub fn action_effects(
     actor: u16,
-    course: &ActContext<'_>,
+    course: &ActionContext<'_>,
     changes: &BTreeMap<u64, Change>,
     moved_m: f64,
 ) -> BTreeMap<u64, BTreeSet<ActionEffect>> {
-    let ActContext { at_start, before, after } = *course;
+    let ActionContext { at_start, before, after } = *course;
     let mut all = BTreeMap::new();
     for (&id, change) in changes.iter().filter(|(_, change)| change.displaced) {
         let (then, Some(now)) = (before.object(id), after.object(id)) else { continue };
@@ -166,11 +166,11 @@ fn is_within(object: &Object, outline: &Object) -> bool {
 
 /// Whether two objects, each before and after, had the same displacement, within `moved_m`.
 fn have_same_displacement(one: (&Object, &Object), other: (&Object, &Object), moved_m: f64) -> bool {
-    let way = |(before, after): (&Object, &Object)| {
+    let displacement = |(before, after): (&Object, &Object)| {
         let (from, to) = (before.position_m?, after.position_m?);
         Some(from.into_iter().zip(to).map(|(from, to)| to - from))
     };
-    let (Some(one), Some(other)) = (way(one), way(other)) else { return false };
+    let (Some(one), Some(other)) = (displacement(one), displacement(other)) else { return false };
     one.zip(other).map(|(one, other)| (one - other) * (one - other)).sum::<f64>().sqrt() <= moved_m
 }
 

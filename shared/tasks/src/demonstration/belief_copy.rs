@@ -106,7 +106,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_state_in_doubt_stays_as_it_was() {
+    fn an_uncertain_state_keeps_its_earlier_value() {
         assert!(is_on(0.45, Some(true)) && !is_on(0.55, Some(false)));
         assert!(is_on(0.65, Some(false)) && !is_on(0.35, Some(true)));
         assert!(is_on(0.55, None) && !is_on(0.45, None));

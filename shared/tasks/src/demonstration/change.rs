@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_block_pushed_while_it_was_filled_was_filled() {
+    fn a_block_displaced_while_filled_counts_as_filled() {
         let still = &changes(&block(0.1, false), &block(0.1, true), 0.03)[&1];
         let pushed = &changes(&block(0.1, false), &block(0.2, true), 0.03)[&1];
         assert_eq!(still.signature, pushed.signature);
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_into_view_is_no_change() {
+    fn an_object_that_comes_into_view_is_not_a_change() {
         assert!(changes(&Snapshot::default(), &block(0.1, true), 0.03).is_empty());
     }
 }

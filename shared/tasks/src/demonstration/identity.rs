@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn one_object_lost_means_that_none_is_found() {
+    fn a_single_lost_object_leaves_all_unidentified() {
         let mut identities = Identities::default();
         identities.observe(1);
         identities.observe(2);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::action_effect::{ActContext, action_effects};
+use super::action_effect::{ActionContext, action_effects};
 use super::change::changes;
 use super::example::{Example, Executable, View};
 use super::snapshot::Snapshot;
@@ -10,7 +10,7 @@ use super::snapshot::Snapshot;
 /// The error for a demonstration without a change in any perspective; it is not an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("nothing changed from the beginning of the demonstration to its end: show it again")]
-pub struct NothingChanged;
+pub struct NothingChangedError;
 
 /// A demonstration in progress.
 #[derive(Clone, Debug)]
@@ -61,9 +61,9 @@ impl Recording {
     }
 
     /// Appends [act, G] to the executables of every perspective, where G is the change from Snp(t_a, P) to
-    /// Snp(t_b, P). Ignores an act that changed nothing in any perspective. Returns the executable of the robot's
+    /// Snp(t_b, P). Ignores an action that changed nothing in any perspective. Returns the executable of the robot's
     /// own perspective.
-    pub fn act(
+    pub fn action(
         &mut self,
         actor: u16,
         task: Option<&str>,
@@ -73,7 +73,7 @@ impl Recording {
         let executable = |under: &ViewInProgress| {
             let now = snapshots.get(&under.view.perspective);
             let changes = now.map(|now| changes(&under.last, now, moved_m)).unwrap_or_default();
-            let course = |after| ActContext { at_start: &under.view.before, before: &under.last, after };
+            let course = |after| ActionContext { at_start: &under.view.before, before: &under.last, after };
             let action_effects =
                 now.map(|now| action_effects(actor, &course(now), &changes, moved_m)).unwrap_or_default();
             Executable { actor, task: task.map(str::to_owned), changes, action_effects }
@@ -98,12 +98,12 @@ impl Recording {
     /// Makes the example from the final snapshots Snp(t_end, P) of all perspectives.
     ///
     /// # Errors
-    /// [`NothingChanged`] if nothing changed in any perspective.
+    /// [`NothingChangedError`] if nothing changed in any perspective.
     pub fn finish(
         &self,
         snapshots: &BTreeMap<u16, Snapshot>,
         moved_m: f64,
-    ) -> Result<Example, NothingChanged> {
+    ) -> Result<Example, NothingChangedError> {
         let mut changed = false;
         let mut views = Vec::new();
         for under in &self.views {
@@ -114,6 +114,6 @@ impl Recording {
             changed |= !changes(&view.before, &view.after, moved_m).is_empty();
             views.push(view);
         }
-        if changed { Ok(Example { teacher: self.teacher, views }) } else { Err(NothingChanged) }
+        if changed { Ok(Example { teacher: self.teacher, views }) } else { Err(NothingChangedError) }
     }
 }

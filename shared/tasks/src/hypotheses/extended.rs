@@ -336,5 +336,5 @@ fn last_kept<K>(
 fn selections() -> impl Iterator<Item = Selection> {
     let exactly = (1..=MAX_EXACTLY).map(Selection::Exactly);
     let all_but = (1..=MAX_ALL_BUT).map(Selection::AllBut);
-    exactly.chain(all_but).chain(Relation::ALL.map(Selection::Standing))
+    exactly.chain(all_but).chain(Relation::ALL.map(Selection::Relation))
 }

@@ -300,7 +300,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
         #[test]
-        fn what_is_left_alone_is_lost_in_the_rounding(episodes in prop::collection::vec(episode(60), 1..4), lambda in -1.0..6.0_f64) {
+        fn omitted_hypotheses_are_below_the_rounding_of_the_total(episodes in prop::collection::vec(episode(60), 1..4), lambda in -1.0..6.0_f64) {
             let prior = Prior { lambda, ..Prior::default() };
             let asked = episodes[0].labeled_objects[0].key;
             let (log_total, log_about) = log_totals(&episodes, &prior, asked);
@@ -315,7 +315,7 @@ mod tests {
     }
 
     #[test]
-    fn of_many_kinds_few_templates_are_asked() {
+    fn few_templates_of_many_classes_are_evaluated() {
         let mut state = 1_u64;
         let mut value = || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -18,7 +18,7 @@ pub enum Selection {
     /// All but any objects of this number.
     AllBut(usize),
     /// Those with this spatial relation to the others.
-    Standing(Relation),
+    Relation(Relation),
 }
 
 /// A spatial relation within a set of objects, in the frame of the perspective. Left and right are along its
@@ -159,7 +159,7 @@ impl Selection {
         match self {
             Self::Exactly(count) => (count <= of).then_some(count),
             Self::AllBut(count) => (count < of).then(|| of - count),
-            Self::All | Self::Standing(_) => None,
+            Self::All | Self::Relation(_) => None,
         }
     }
 }

@@ -86,13 +86,13 @@ pub struct Noise(f64);
 /// The error for a label noise outside [0, 0.5).
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{0} is out of range: the label noise is a probability from 0 to below 0.5")]
-pub struct NoiseOutOfRange(f64);
+pub struct NoiseOutOfRangeError(f64);
 
 impl TryFrom<f64> for Noise {
-    type Error = NoiseOutOfRange;
+    type Error = NoiseOutOfRangeError;
 
-    fn try_from(value: f64) -> Result<Self, NoiseOutOfRange> {
-        if (0.0..0.5).contains(&value) { Ok(Self(value)) } else { Err(NoiseOutOfRange(value)) }
+    fn try_from(value: f64) -> Result<Self, NoiseOutOfRangeError> {
+        if (0.0..0.5).contains(&value) { Ok(Self(value)) } else { Err(NoiseOutOfRangeError(value)) }
     }
 }
 

@@ -156,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn spellings_of_a_name_have_one_key() {
+    fn spellings_of_a_task_name_have_one_key() {
         assert_eq!(key("Task 1"), key("  task, 1. "));
         assert_ne!(key("task 1"), key("task 2"));
         assert_eq!(key("Task Twenty"), key("task 20"));
@@ -196,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn a_task_may_be_called_the_stop() {
+    fn a_task_may_have_the_name_the_stop() {
         let name = || "the stop".to_owned();
         assert_eq!(Sentence::of("Leo, I can teach you to do the stop"), Sentence::Teach(name()));
         assert_eq!(Sentence::of("The stop is done"), Sentence::Done(vec!["The stop".to_owned()]));
@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_name_may_begin_as_a_courtesy_does() {
+    fn a_task_name_may_begin_with_a_courtesy_word() {
         let done = |names: &[&str]| Sentence::Done(names.iter().map(|&name| name.to_owned()).collect());
         assert_eq!(Sentence::of("Please me is done"), done(&["Please me", "me"]));
         assert_eq!(

@@ -26,7 +26,7 @@ fn winner(learned: &Learned) -> (String, f64) {
 }
 
 #[test]
-fn the_winners_of_table_2_stay_the_winners() {
+fn the_winners_of_table_2_also_win_in_the_extended_language() {
     for selection_nats in [3.0, 4.0] {
         let settings = Settings { selection_nats, ..extended() };
         let winner = |task: &Task, perspective| winner(&learned(task, perspective, &settings));
@@ -50,7 +50,7 @@ fn one_marked() -> View {
 
 #[test]
 fn the_next_question_splits_the_remaining_hypotheses_and_has_words() {
-    let mut worded = Vec::new();
+    let mut wording = Vec::new();
     for settings in [Settings::default(), extended(), slipping(0.05)] {
         let mut learning = Learning::new(&language(), &settings);
         learning.add(&one_marked());
@@ -61,16 +61,16 @@ fn the_next_question_splits_the_remaining_hypotheses_and_has_words() {
         };
         assert!(inquiry.objects.len() == 1 && kind("red", "square"), "{inquiry:?}");
         assert!(inquiry.bits > 0.5 && inquiry.bits <= 1.0, "{inquiry:?}");
-        let showing = learning.inquire(&goal, 2).unwrap();
-        assert_eq!(showing.objects.len(), 2, "{showing:?}");
-        worded.extend([inquiry.text.clone(), showing.text.clone()]);
-        assert!(showing.bits > inquiry.bits, "two objects tell more than one: {showing:?}");
+        let demonstration = learning.inquire(&goal, 2).unwrap();
+        assert_eq!(demonstration.objects.len(), 2, "{demonstration:?}");
+        wording.extend([inquiry.text.clone(), demonstration.text.clone()]);
+        assert!(demonstration.bits > inquiry.bits, "two objects tell more than one: {demonstration:?}");
     }
-    insta::assert_snapshot!(worded.join("\n"));
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]
-fn when_nothing_is_left_to_ask_nothing_is_asked() {
+fn no_question_is_asked_when_no_hypothesis_can_be_excluded() {
     let mut learning = Learning::new(&language(), &Settings::default());
     let all = |done| vec![object(1, "medium red triangle", [0.0; 3], &[("marked", done)])];
     learning.add(&view(0, all(false), all(true)));
@@ -92,8 +92,13 @@ fn red_with_a_slip() -> Vec<View> {
         (0..)
             .zip(words)
             .map(|(id, words)| {
-                let meant = words.contains("red") || (slipped && words == "large blue square");
-                object(id, words, [0.1, quantity::number::float(id) * 0.1, 0.0], &[("marked", done && meant)])
+                let is_selected = words.contains("red") || (slipped && words == "large blue square");
+                object(
+                    id,
+                    words,
+                    [0.1, quantity::number::float(id) * 0.1, 0.0],
+                    &[("marked", done && is_selected)],
+                )
             })
             .collect()
     };
@@ -115,7 +120,7 @@ fn one_slip_in_three_demonstrations_does_not_destroy_the_rule() {
 }
 
 #[test]
-fn three_of_them_is_what_fits_when_it_is_any_three() {
+fn the_rule_three_of_them_is_learned_from_any_three() {
     let names = ["red", "green", "blue", "yellow", "wood"];
     let blocks = |chosen: [usize; 3], done: bool| -> Vec<Object> {
         let is_chosen = |index| done && chosen.contains(&index);
@@ -198,7 +203,7 @@ fn far_is_relative_to_the_perspective() {
 }
 
 #[test]
-fn a_colour_never_seen_is_not_blue() {
+fn a_rule_about_blue_excludes_an_unknown_colour() {
     let mut learning = Learning::new(&language(), &extended());
     task_1().views(0).for_each(|view| learning.add(view));
     let learned = learning.learned();
@@ -236,7 +241,7 @@ fn row_marked(words: &[&str], chosen: &[usize]) -> View {
 }
 
 #[test]
-fn an_answer_says_nothing_of_a_number() {
+fn an_answer_is_no_evidence_about_a_counted_rule() {
     let noise = Noise::try_from(0.05).unwrap();
     for settings in [extended(), Settings { noise, ..extended() }] {
         for yes in [false, true] {
@@ -256,7 +261,7 @@ fn an_answer_says_nothing_of_a_number() {
 }
 
 #[test]
-fn an_answer_says_nothing_of_where_things_stand() {
+fn an_answer_is_no_evidence_about_a_spatial_relation() {
     let noise = Noise::try_from(0.05).unwrap();
     for settings in [extended(), Settings { noise, ..extended() }] {
         for yes in [false, true] {
@@ -275,7 +280,7 @@ fn an_answer_says_nothing_of_where_things_stand() {
 }
 
 #[test]
-fn a_feature_that_later_things_lack_makes_a_difference_from_then_on() {
+fn a_feature_absent_from_later_objects_distinguishes_them() {
     let mut learning = Learning::new(&language(), &extended());
     let mut rule = |colours: &[Option<&str>]| {
         let things = |done: bool| -> Vec<Object> {
@@ -299,7 +304,7 @@ fn a_feature_that_later_things_lack_makes_a_difference_from_then_on() {
 }
 
 #[test]
-fn without_features_all_objects_are_meant() {
+fn without_features_the_learned_rule_is_all() {
     let nothing_to_tell_by = crate::Language { features: Vec::new(), ..language() };
     let things = |done: bool| -> Vec<Object> {
         let states = || [("filled".to_owned(), done)].into();

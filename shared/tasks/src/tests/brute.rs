@@ -66,7 +66,7 @@ fn seen_as(things: &[Thing]) -> View {
 
 /// A hypothesis by its extension: the kinds that it covers.
 #[derive(Clone, Debug)]
-struct Meant {
+struct Candidate {
     /// Among the kinds made of the values seen.
     cells: BTreeSet<Kind>,
     selection: Selection,
@@ -98,7 +98,7 @@ fn project(template: [bool; 2], kind: Kind) -> [Option<usize>; 2] {
 const TEMPLATES: [[bool; 2]; 4] = [[false, false], [true, false], [false, true], [true, true]];
 
 /// Every simple disjunction of the classes in `among`, with the prior by λ, μ and |E| = 1.
-fn disjunctions(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
+fn disjunctions(world: &[Vec<Thing>], settings: &Settings) -> Vec<Candidate> {
     let mut all = Vec::new();
     for template in TEMPLATES {
         let classes: BTreeSet<_> =
@@ -106,7 +106,7 @@ fn disjunctions(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
         let features = template.iter().filter(|has| **has).count() + 1;
         for chosen in subsets(&classes.into_iter().collect::<Vec<_>>()) {
             let more = quantity::number::float_of_count(chosen.len() - 1);
-            all.push(Meant {
+            all.push(Candidate {
                 cells: cells(world)
                     .into_iter()
                     .filter(|&kind| chosen.contains(&project(template, kind)))
@@ -121,7 +121,7 @@ fn disjunctions(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
 }
 
 /// Under each template, the classes of the changed objects of each demonstration and of all of them.
-fn expanded(world: &[Vec<Thing>], prior: impl Fn(usize, usize) -> Option<f64>) -> Vec<Meant> {
+fn expanded(world: &[Vec<Thing>], prior: impl Fn(usize, usize) -> Option<f64>) -> Vec<Candidate> {
     let mut all = Vec::new();
     for template in TEMPLATES {
         let classes = |things: &[Thing]| -> BTreeSet<[Option<usize>; 2]> {
@@ -134,7 +134,7 @@ fn expanded(world: &[Vec<Thing>], prior: impl Fn(usize, usize) -> Option<f64>) -
             let features = template.iter().filter(|has| **has).count();
             let Some(log_prior) = prior(chosen.len(), features) else { continue };
             let of = |kind: &Kind| chosen.contains(&project(template, *kind));
-            all.push(Meant {
+            all.push(Candidate {
                 cells: cells(world).into_iter().filter(of).collect(),
                 selection: Selection::All,
                 log_prior,
@@ -145,7 +145,7 @@ fn expanded(world: &[Vec<Thing>], prior: impl Fn(usize, usize) -> Option<f64>) -
 }
 
 /// The extended language: every description of cost 4 at most, and selections from the short ones.
-fn extended(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
+fn extended(world: &[Vec<Thing>], settings: &Settings) -> Vec<Candidate> {
     type Literal = (usize, usize, bool);
     let holds = |(feature, value, negated): Literal, kind: Kind| (kind[feature] == value) != negated;
     let implies = |a: Literal, b: Literal| a == b || (a.0 == b.0 && !a.2 && b.2 && a.1 != b.1);
@@ -179,7 +179,7 @@ fn extended(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
         }
     }
     let numbers = (1..=7).map(Selection::Exactly).chain((1..=3).map(Selection::AllBut));
-    let selections: Vec<Selection> = numbers.chain(Relation::ALL.map(Selection::Standing)).collect();
+    let selections: Vec<Selection> = numbers.chain(Relation::ALL.map(Selection::Relation)).collect();
     let mut all = Vec::new();
     for (cost, set) in sets {
         let of = |kind: &Kind| set.iter().any(|term| term.iter().all(|&literal| holds(literal, *kind)));
@@ -188,19 +188,18 @@ fn extended(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
         let selected = selections.iter().filter(|_| cost <= 2);
         let selected = selected.map(|&selection| (selection, log_prior - settings.selection_nats));
         all.extend(
-            [(Selection::All, log_prior)].into_iter().chain(selected).map(|(selection, log_prior)| Meant {
-                cells: cells.clone(),
-                selection,
-                log_prior,
-            }),
+            [(Selection::All, log_prior)]
+                .into_iter()
+                .chain(selected)
+                .map(|(selection, log_prior)| Candidate { cells: cells.clone(), selection, log_prior }),
         );
     }
     all
 }
 
 /// The sets of objects that a hypothesis selects in a demonstration: with a number, every choice that it allows.
-fn choices(meant: &Meant, things: &[Thing]) -> Vec<Vec<bool>> {
-    let member: Vec<bool> = things.iter().map(|thing| meant.cells.contains(&thing.kind)).collect();
+fn choices(candidate: &Candidate, things: &[Thing]) -> Vec<Vec<bool>> {
+    let member: Vec<bool> = things.iter().map(|thing| candidate.cells.contains(&thing.kind)).collect();
     let inside: Vec<usize> = (0..things.len()).filter(|&index| member[index]).collect();
     let any_of = |count: usize| -> Vec<Vec<bool>> {
         let done = inside.iter().filter(|&&index| things[index].was).count();
@@ -213,12 +212,12 @@ fn choices(meant: &Meant, things: &[Thing]) -> Vec<Vec<bool>> {
             .map(|picked| (0..things.len()).map(|index| picked.contains(&index)).collect())
             .collect()
     };
-    match meant.selection {
+    match candidate.selection {
         Selection::All => vec![member],
         Selection::Exactly(count) if count <= inside.len() => any_of(count),
         Selection::AllBut(count) if count < inside.len() => any_of(inside.len() - count),
         Selection::Exactly(_) | Selection::AllBut(_) => Vec::new(),
-        Selection::Standing(relation) => {
+        Selection::Relation(relation) => {
             let left = |index: &usize| things[*index].place[1];
             let away = |index: &usize| things[*index].place[0].hypot(things[*index].place[1]);
             let min = |of: &dyn Fn(&usize) -> f64| inside.iter().map(of).fold(f64::INFINITY, f64::min);
@@ -246,16 +245,16 @@ fn slips(choice: &[bool], things: &[Thing]) -> usize {
 }
 
 /// P(D|h).
-fn likelihood(meant: &Meant, world: &[Vec<Thing>], settings: &Settings) -> f64 {
+fn likelihood(candidate: &Candidate, world: &[Vec<Thing>], settings: &Settings) -> f64 {
     let noise = settings.noise.get();
     let count = quantity::number::float_of_count;
     if noise == 0.0 {
         let is_consistent =
-            |things: &&Vec<Thing>| choices(meant, things).iter().any(|one| slips(one, things) == 0);
+            |things: &&Vec<Thing>| choices(candidate, things).iter().any(|one| slips(one, things) == 0);
         return count(world.iter().filter(is_consistent).count()) / count(world.len());
     }
     let of_one = |things: &Vec<Thing>| {
-        let choices = choices(meant, things);
+        let choices = choices(candidate, things);
         let witnesses = things.iter().filter(|thing| !thing.was).count();
         let each = choices.iter().map(|choice| {
             let slips = slips(choice, things);
@@ -267,7 +266,7 @@ fn likelihood(meant: &Meant, world: &[Vec<Thing>], settings: &Settings) -> f64 {
     world.iter().map(of_one).product()
 }
 
-fn hypotheses(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
+fn hypotheses(world: &[Vec<Thing>], settings: &Settings) -> Vec<Candidate> {
     let count = quantity::number::float_of_count;
     match (settings.language, settings.noise > Noise::NONE) {
         (HypothesisLanguage::Paper, true) => disjunctions(world, settings),
@@ -288,10 +287,10 @@ fn hypotheses(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
 fn posterior(world: &[Vec<Thing>], settings: &Settings) -> BTreeMap<(Selection, BTreeSet<Kind>), f64> {
     let mut sums: BTreeMap<(Selection, BTreeSet<Kind>), f64> = BTreeMap::new();
     let mut total = 0.0;
-    for meant in hypotheses(world, settings) {
-        let weight = likelihood(&meant, world, settings) * meant.log_prior.exp();
+    for candidate in hypotheses(world, settings) {
+        let weight = likelihood(&candidate, world, settings) * candidate.log_prior.exp();
         total += weight;
-        *sums.entry((meant.selection, meant.cells)).or_default() += weight;
+        *sums.entry((candidate.selection, candidate.cells)).or_default() += weight;
     }
     sums.into_iter()
         .map(|(meaning, weight)| (meaning, if total > 0.0 { weight / total } else { 0.0 }))
@@ -339,7 +338,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn every_rule_has_the_posterior_that_enumerating_everything_gives(world in worlds()) {
+    fn the_posterior_of_every_rule_equals_a_full_enumeration(world in worlds()) {
         for settings in all_settings() {
             let mut learning = Learning::new(&language(), &settings);
             world.iter().for_each(|things| learning.add(&seen_as(things)));
@@ -372,12 +371,12 @@ proptest! {
         for settings in all_settings() {
             let mut expected = vec![0.0; asked.len()];
             for ((selection, cells), probability) in posterior(&world, &settings) {
-                let meant = Meant { cells, selection, log_prior: 0.0 };
-                let inside = asked.iter().filter(|thing| meant.cells.contains(&thing.kind)).count();
-                let mut choices = choices(&meant, &asked);
+                let candidate = Candidate { cells, selection, log_prior: 0.0 };
+                let inside = asked.iter().filter(|thing| candidate.cells.contains(&thing.kind)).count();
+                let mut choices = choices(&candidate, &asked);
                 if choices.is_empty() && matches!(selection, Selection::Exactly(_)) {
                     // Too few objects for the number: all of them.
-                    choices = vec![asked.iter().map(|thing| meant.cells.contains(&thing.kind)).collect()];
+                    choices = vec![asked.iter().map(|thing| candidate.cells.contains(&thing.kind)).collect()];
                 }
                 prop_assert!(inside == 0 || !choices.is_empty() || matches!(selection, Selection::AllBut(_)));
                 let share = probability / quantity::number::float_of_count(choices.len().max(1));
@@ -431,14 +430,17 @@ fn the_posterior_is_calibrated_under_its_own_model() {
             let strategy = prop::collection::vec(things(6), 2..4);
             let mut world = strategy.new_tree(&mut runner).unwrap().current();
             world.iter_mut().flatten().for_each(|thing| (thing.was, thing.is) = (false, false));
-            let is_possible = |meant: &Meant| {
-                let is_possible = |things: &Vec<Thing>| !choices(meant, things).is_empty();
-                !meant.cells.is_empty() && world.iter().all(is_possible)
+            let is_possible = |candidate: &Candidate| {
+                let is_possible = |things: &Vec<Thing>| !choices(candidate, things).is_empty();
+                !candidate.cells.is_empty() && world.iter().all(is_possible)
             };
-            let meant = hypotheses(&world, &settings).into_iter().filter(is_possible);
-            let meant = drawn(meant.map(|meant| (meant.log_prior.exp(), meant)).collect(), &mut runner);
+            let candidate = hypotheses(&world, &settings).into_iter().filter(is_possible);
+            let candidate = drawn(
+                candidate.map(|candidate| (candidate.log_prior.exp(), candidate)).collect(),
+                &mut runner,
+            );
             for things in &mut world {
-                let choices = choices(&meant, things).into_iter().map(|choice| (1.0, choice)).collect();
+                let choices = choices(&candidate, things).into_iter().map(|choice| (1.0, choice)).collect();
                 for (thing, chosen) in things.iter_mut().zip(drawn(choices, &mut runner)) {
                     thing.is = chosen != (chance(&mut runner) < noise.get());
                 }
@@ -451,7 +453,7 @@ fn the_posterior_is_calibrated_under_its_own_model() {
             let answers = learning.probabilities(&marked(), &snapshot(seen_as(&asked).after.objects));
             // Without a change there is no goal to ask about.
             let Some(probability) = answers[0] else { continue };
-            let choices = choices(&meant, &asked).into_iter().map(|choice| (1.0, choice)).collect();
+            let choices = choices(&candidate, &asked).into_iter().map(|choice| (1.0, choice)).collect();
             let tenth = &mut tenths[quantity::number::floor_usize(probability * 9.999)];
             tenth.0 += 1;
             tenth.1 += probability;

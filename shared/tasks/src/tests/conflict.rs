@@ -48,8 +48,10 @@ fn conflict_is_resolved_by_what_the_teacher_could_not_know() {
 fn known_counter_example_leaves_the_decision_open_until_answered() {
     let task = with_a_slip();
     assert_eq!(decided(&task, OnConflict::Human), Decision::Followed(1));
-    let Decision::Open(doubt) = decided(&task, OnConflict::Resolve) else { panic!("it was chosen silently") };
-    assert_eq!(doubt.kind["colour"], "red");
+    let Decision::Open(question) = decided(&task, OnConflict::Resolve) else {
+        panic!("it was chosen silently")
+    };
+    assert_eq!(question.kind["colour"], "red");
     for (yes, followed) in [(true, 1), (false, 0)] {
         let mut task = task.clone();
         answer(&mut task, "medium red square", yes);
@@ -58,7 +60,7 @@ fn known_counter_example_leaves_the_decision_open_until_answered() {
     // An answer about another kind of object does not count.
     let mut task = task;
     answer(&mut task, "medium green square", true);
-    assert_eq!(decided(&task, OnConflict::Resolve), Decision::Open(doubt));
+    assert_eq!(decided(&task, OnConflict::Resolve), Decision::Open(question));
 }
 
 #[test]
@@ -77,7 +79,7 @@ fn hidden_object_explains_only_itself() {
 }
 
 #[test]
-fn where_the_views_agree_or_one_explains_nothing_there_is_no_conflict() {
+fn equal_views_or_one_without_a_rule_are_no_conflict() {
     let mut agreed = task_1();
     for example in &mut agreed.examples {
         let own = example.views[0].clone();

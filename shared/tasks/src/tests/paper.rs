@@ -104,7 +104,7 @@ fn task_2_depends_on_colour_for_the_teacher_and_shape_for_leo() {
 }
 
 #[test]
-fn pegs_are_means_and_no_goal() {
+fn pegs_are_means_and_not_goals() {
     for perspective in [0, 1] {
         let learned = learned(&task_1(), perspective);
         assert_eq!(learned.goals.len(), 1);

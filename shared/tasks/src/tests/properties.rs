@@ -226,7 +226,7 @@ proptest! {
     }
 
     #[test]
-    fn renaming_the_values_only_renames(demonstrations in demonstrations(), settings in settings()) {
+    fn renaming_feature_values_only_renames_the_learned_rules(demonstrations in demonstrations(), settings in settings()) {
         let rename = |value: &str| format!("{}x", value.chars().rev().collect::<String>());
         let mut renamed_language = language();
         for value in renamed_language.features.iter_mut().flat_map(|feature| &mut feature.values) {
@@ -278,7 +278,7 @@ proptest! {
     }
 
     #[test]
-    fn the_chosen_rule_leaves_nothing_to_do_where_it_was_shown(
+    fn the_chosen_rule_is_fulfilled_in_its_demonstrations(
         demonstrations in demonstrations(),
         settings in settings(),
     ) {
@@ -310,7 +310,7 @@ fn hidden_objects_often_change_the_rule_without_perspective_taking() {
 }
 
 #[test]
-fn the_random_worlds_are_worth_testing() {
+fn the_random_worlds_cover_the_interesting_cases() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let mut outcomes: BTreeMap<&str, usize> = BTreeMap::new();
     for _ in 0..300 {

@@ -77,7 +77,7 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
             Err(error) => return Err(ClaimError::Folder(error)),
         };
         let failed = |source| ClaimError::Failed { path: path.clone(), source };
-        let file = match folder.write(CLAIM_FILE) {
+        let file = match folder.open_for_writing(CLAIM_FILE) {
             Ok(file) => file,
             // Another process removed the stale directory meanwhile.
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
@@ -99,7 +99,7 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
 #[must_use]
 pub fn is_claimed(domain: &Domain) -> bool {
     let file = Folder::open_for_root(domain.root()).map_err(io::Error::from);
-    let file = file.and_then(|folder| folder.read(CLAIM_FILE));
+    let file = file.and_then(|folder| folder.open_for_reading(CLAIM_FILE));
     // The shared lock taken here is released with the file.
     file.is_ok_and(|file| flock(&file, FlockOperation::NonBlockingLockShared) == Err(Errno::WOULDBLOCK))
 }
@@ -110,7 +110,7 @@ pub(super) fn take_over_stale_claim(domain: &Domain) -> Option<Claim> {
     let folder = Folder::open(domain.root()).ok()?;
     // Do not create the file if it does not exist.
     folder.has(CLAIM_FILE).ok().filter(|has| *has)?;
-    let file = folder.write(CLAIM_FILE).ok()?;
+    let file = folder.open_for_writing(CLAIM_FILE).ok()?;
     flock(&file, FlockOperation::NonBlockingLockExclusive).ok()?;
     is_at(&file, &domain.root().join(CLAIM_FILE)).then_some(Claim { file, folder })
 }

@@ -45,7 +45,7 @@ fn file(path: &Path, bytes: &[u8], mode: u32) {
 const LATER: Instant = Instant::from_nanos(200_000_000);
 
 #[test]
-fn a_file_that_stays_incomplete_is_repaired() {
+fn a_middleware_file_that_stays_incomplete_is_repaired() {
     let place = Place::new("mend");
     file(&place.shared("a.connection"), b"", 0o600);
     file(&place.below("services/b.service"), b"{", UNFINISHED);
@@ -153,7 +153,7 @@ fn a_sweep_removes_only_domains_without_a_holder() {
 }
 
 #[test]
-fn a_wipe_leaves_nothing() {
+fn a_wipe_removes_every_file() {
     let mut place = Place::new("wipe");
     file(&place.shared("a.data"), b"whole", 0o600);
     file(&place.below("services/b.service"), b"{}", 0o400);
@@ -163,7 +163,7 @@ fn a_wipe_leaves_nothing() {
 }
 
 #[test]
-fn only_an_emergency_stop_outlives_a_wipe_and_a_sweep() {
+fn only_an_emergency_stop_survives_a_wipe_and_a_sweep() {
     for ends_in_order in [true, false] {
         let mut place = Place::new("stopped");
         let stop = Domain::emergency_stop(place.domain.root());
@@ -220,7 +220,7 @@ fn a_domain_that_others_may_write_is_refused() {
 }
 
 #[test]
-fn errors_of_a_claim_are_worded() {
+fn claim_error_messages_match_the_snapshot() {
     let root = || PathBuf::from("/dev/shm/leo-a");
     let errors = [
         ClaimError::Held { root: root() },

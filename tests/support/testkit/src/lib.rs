@@ -97,7 +97,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_counter_counts() {
+    fn the_allocation_counter_counts_every_allocation() {
         assert_eq!(allocations_in(|| drop(black_box(Box::new(7)))), 1);
         assert_eq!(allocations_in(|| drop(black_box(Vec::<u8>::new()))), 0);
         let mut grown = Vec::with_capacity(1);
@@ -106,7 +106,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_and_given_back_is_counted_by_its_size() {
+    fn live_and_freed_memory_is_counted_by_size() {
         let old = black_box([vec![1_u8; 24], vec![1_u8; 40]]);
         let (kept, pieces) = blocks_by_size_in(|| {
             let mut grown = black_box(vec![1_u8; 16]);
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_given_back_is_not_kept() {
+    fn freed_memory_is_not_counted_as_live() {
         let (kept, bytes) = bytes_retained_by(|| {
             drop(black_box(vec![0_u8; 1_000]));
             let mut grown = black_box(vec![1_u8; 16]);

@@ -1,8 +1,13 @@
-//! The report of the trials: a TOML file that is extended after each trial.
+//! The report of the trials: a TOML file that is extended after each trial. Strings and lists of strings are written
+//! as JSON, which TOML reads.
 
 use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
+
+use serde_json::json;
+use tracing_subscriber::fmt::format::Writer;
+use tracing_subscriber::fmt::time::{FormatTime as _, SystemTime};
 
 use super::outcome::Outcome;
 use super::trials::Trial;
@@ -22,20 +27,20 @@ pub(super) struct Report {
 
 impl Report {
     /// Creates a new file in `folder`, named by the date. Existing files are never overwritten.
-    pub(super) fn create(folder: &Path, place: &BusSelection<'_>) -> Result<Self, CommandError> {
-        let date = Date::of(clock::date_s());
+    pub(super) fn create(folder: &Path, selection: &BusSelection<'_>) -> Result<Self, CommandError> {
+        let begun = now();
+        let date = begun.replace('T', "-").replace([':', 'Z'], "");
         for count in 1..=SAME_SECOND {
             let again = if count == 1 { String::new() } else { format!("-{count}") };
-            let path = folder.join(format!("commission-{}{again}.toml", date.name()));
+            let path = folder.join(format!("commission-{date}{again}.toml"));
             match File::create_new(&path) {
                 Ok(file) => {
                     let mut report = Self { path, file, ended: Vec::new() };
-                    let buses: Vec<_> = place.buses().iter().map(|bus| bus.name.clone()).collect();
+                    let buses: Vec<_> = selection.buses().iter().map(|bus| bus.name.as_str()).collect();
                     report.write(&format!(
-                        "# What `leo bus commission` tried, expected and measured.\nleo = {}\nbegun = {}\nbuses = {}\n",
-                        quoted(env!("CARGO_PKG_VERSION")),
-                        date.text(),
-                        list(&buses)
+                        "# What `leo bus commission` tried, expected and measured.\nleo = {}\nbegun = {begun}\nbuses = {}\n",
+                        json!(env!("CARGO_PKG_VERSION")),
+                        json!(buses)
                     ))?;
                     return Ok(report);
                 }
@@ -74,32 +79,31 @@ impl Report {
         let text = format!(
             "\n[[trial]]\nnumber = {number}\nname = {}\nbus = {}\ntried = {}\nexpected = {}\nmeasured = {}\nwrong = {}\n\
              outcome = {}\n",
-            quoted(trial.name),
-            quoted(bus),
-            quoted(trial.tries),
-            quoted(trial.expects),
-            list(&outcome.measured.notes),
-            list(&outcome.measured.wrong),
-            quoted(outcome.word)
+            json!(trial.name),
+            json!(bus),
+            json!(trial.tries),
+            json!(trial.expects),
+            json!(outcome.measured.notes),
+            json!(outcome.measured.wrong),
+            json!(outcome.word)
         );
         self.write(&text)
     }
 
     /// Appends the final state of a bus.
     pub(super) fn end_of_bus(&mut self, bus: &str, torque: &str) -> Result<(), CommandError> {
-        self.write(&format!("\n[[left]]\nbus = {}\ntorque = {}\n", quoted(bus), quoted(torque)))
+        self.write(&format!("\n[[left]]\nbus = {}\ntorque = {}\n", json!(bus), json!(torque)))
     }
 
     /// Appends the summary.
     pub(super) fn conclude(&mut self, interrupted: bool, left: &[&str]) -> Result<(), CommandError> {
-        let left: Vec<_> = left.iter().map(|name| (*name).to_owned()).collect();
         let all = self.count(Outcome::PASSED) == self.ended.len() && left.is_empty() && !interrupted;
         let text = format!(
             "\n[end]\npassed = {}\nfailed = {}\nskipped = {}\nnot_tried = {}\ninterrupted = {interrupted}\ncomplete = {all}\n",
             self.count(Outcome::PASSED),
             self.count(Outcome::FAILED),
             self.count(Outcome::SKIPPED),
-            list(&left)
+            json!(left)
         );
         self.write(&text)
     }
@@ -120,51 +124,12 @@ impl Drop for Report {
     }
 }
 
-/// A TOML string; its escapes are a superset of JSON's.
-fn quoted(text: &str) -> String {
-    serde_json::Value::from(text).to_string()
-}
-
-fn list(texts: &[String]) -> String {
-    let texts: Vec<_> = texts.iter().map(|text| quoted(text)).collect();
-    format!("[{}]", texts.join(", "))
-}
-
-/// An instant in UTC.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Date {
-    year: u64,
-    month: u64,
-    day: u64,
-    second: u64,
-}
-
-impl Date {
-    /// Converts seconds since 1970, with the 400-year cycle of years that begin in March.
-    const fn of(seconds: u64) -> Self {
-        let days = seconds / 86_400 + 719_468;
-        let (era, day) = (days / 146_097, days % 146_097);
-        let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-        let day = day - (365 * year + year / 4 - year / 100);
-        let march = (5 * day + 2) / 153;
-        let month = if march < 10 { march + 3 } else { march - 9 };
-        let year = year + 400 * era + if month <= 2 { 1 } else { 0 };
-        Self { year, month, day: day - (153 * march + 2) / 5 + 1, second: seconds % 86_400 }
-    }
-
-    /// The format of file names.
-    fn name(self) -> String {
-        let Self { year, month, day, second } = self;
-        let (hour, minute) = (second / 3600, second / 60 % 60);
-        format!("{year}-{month:02}-{day:02}-{hour:02}{minute:02}{:02}", second % 60)
-    }
-
-    /// The format of TOML.
-    fn text(self) -> String {
-        let Self { year, month, day, second } = self;
-        let (hour, minute) = (second / 3600, second / 60 % 60);
-        format!("{year}-{month:02}-{day:02}T{hour:02}:{minute:02}:{:02}Z", second % 60)
-    }
+/// The current time in UTC, in the format of TOML: that of the log, without fractions of seconds.
+fn now() -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = SystemTime.format_time(&mut Writer::new(&mut text));
+    text.split('.').next().unwrap_or_default().to_owned() + "Z"
 }
 
 #[cfg(test)]
@@ -172,17 +137,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn dates_are_those_of_the_calendar() {
-        for (seconds, text) in [
-            (0, "1970-01-01T00:00:00Z"),
-            (951_782_399, "2000-02-28T23:59:59Z"),
-            (951_782_400, "2000-02-29T00:00:00Z"),
-            (1_709_251_199, "2024-02-29T23:59:59Z"),
-            (1_795_852_629, "2026-11-28T07:57:09Z"),
-            (4_107_542_400, "2100-03-01T00:00:00Z"),
-        ] {
-            assert_eq!(Date::of(seconds).text(), text);
-        }
-        assert_eq!(Date::of(1_795_852_629).name(), "2026-11-28-075709");
+    fn the_time_of_a_report_has_the_format_of_toml() {
+        let shape: String =
+            now().chars().map(|letter| if letter.is_ascii_digit() { '0' } else { letter }).collect();
+        assert_eq!(shape, "0000-00-00T00:00:00Z");
     }
 }

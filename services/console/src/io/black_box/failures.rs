@@ -16,7 +16,7 @@ pub(crate) struct FailureEvent {
 /// Detects new failures. The first reading is the baseline and reports none.
 #[derive(Debug, Default)]
 pub(crate) struct FailureDetector {
-    lives: BTreeMap<Process, u64>,
+    incarnations: BTreeMap<Process, u64>,
     /// Joints that have ever been quarantined: each is reported once.
     quarantined: BTreeSet<u32>,
     is_stopped: Option<bool>,
@@ -25,14 +25,18 @@ pub(crate) struct FailureDetector {
 impl FailureDetector {
     /// Compares the incarnations of the processes. A higher one means that the process died unexpectedly.
     pub(crate) fn check_processes(&mut self, roster: &Roster) -> Vec<FailureEvent> {
-        let is_first = self.lives.is_empty();
+        let is_first = self.incarnations.is_empty();
         let mut failed = Vec::new();
         for &process in Process::ALL {
-            let Some(life) = roster.incarnation(process) else { continue };
+            let Some(incarnation) = roster.incarnation(process) else { continue };
             // A process that was absent before is expected to be in its first incarnation.
-            let known = self.lives.insert(process, life).unwrap_or(if is_first { life } else { 1 });
-            if life > known {
-                let what = format!("{process} died and was restarted (incarnation {life})");
+            let known = self.incarnations.insert(process, incarnation).unwrap_or(if is_first {
+                incarnation
+            } else {
+                1
+            });
+            if incarnation > known {
+                let what = format!("{process} died and was restarted (incarnation {incarnation})");
                 failed.push(FailureEvent { word: process.name().to_owned(), what });
             }
         }

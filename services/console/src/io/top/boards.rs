@@ -73,37 +73,41 @@ impl Boards {
             ..Readings::default()
         };
         for &process in Process::ALL {
-            let Some(life) = roster.incarnation(process) else { continue };
-            readings.processes.insert(process, self.health(node, process, life));
+            let Some(incarnation) = roster.incarnation(process) else { continue };
+            readings.processes.insert(process, self.health(node, process, incarnation));
         }
-        let life = |process| readings.processes.get(&process).map(|health| health.incarnation);
+        let incarnation = |process| readings.processes.get(&process).map(|health| health.incarnation);
         let [sensor, belief, motor, link] =
-            [Process::Sensor, Process::Belief, Process::Motor, Process::Link].map(life);
-        if let Some(board) = sensor.and_then(|life| self.sources.read(node, Process::Sensor, life)) {
+            [Process::Sensor, Process::Belief, Process::Motor, Process::Link].map(incarnation);
+        if let Some(board) =
+            sensor.and_then(|incarnation| self.sources.read(node, Process::Sensor, incarnation))
+        {
             readings.sources = board.all().to_vec();
         }
-        if let Some(board) = belief.and_then(|life| self.perspectives.read(node, Process::Belief, life)) {
+        if let Some(board) =
+            belief.and_then(|incarnation| self.perspectives.read(node, Process::Belief, incarnation))
+        {
             readings.perspectives = board.all().to_vec();
         }
-        if let Some(life) = motor {
-            let buses = self.buses.read(node, Process::Motor, life);
+        if let Some(incarnation) = motor {
+            let buses = self.buses.read(node, Process::Motor, incarnation);
             readings.buses = buses.map(|board| board.all().to_vec()).unwrap_or_default();
-            if let Some(board) = self.joints.read(node, Process::Motor, life) {
+            if let Some(board) = self.joints.read(node, Process::Motor, incarnation) {
                 readings.joints = board.all().to_vec();
                 readings.joint_locks = board.locks;
                 (readings.goals_limited, readings.goals_refused) = (board.limited, board.refused);
             }
         }
-        readings.link = link.and_then(|life| self.link.read(node, Process::Link, life));
+        readings.link = link.and_then(|incarnation| self.link.read(node, Process::Link, incarnation));
         readings
     }
 
     /// The health of an incarnation. A process that has published no board is reported as down, like a dead one.
     /// A process that cannot restart therefore stays in the list.
-    fn health(&mut self, node: &Node, process: Process, life: u64) -> Health {
+    fn health(&mut self, node: &Node, process: Process, incarnation: u64) -> Health {
         let mut health =
-            self.health.entry(process).or_default().read(node, process, life).unwrap_or_default();
-        health.incarnation = life;
+            self.health.entry(process).or_default().read(node, process, incarnation).unwrap_or_default();
+        health.incarnation = incarnation;
         if is_gone(health.pid) {
             health.set_state(ProcessState::Absent);
         }
@@ -140,8 +144,10 @@ mod tests {
         )
         .unwrap();
         let mut roster = message::Roster::default();
-        let lives = [(Process::Motor, 1), (Process::Sensor, 2), (Process::Belief, 3)];
-        lives.into_iter().for_each(|(process, life)| roster.set_incarnation(process, life));
+        let incarnations = [(Process::Motor, 1), (Process::Sensor, 2), (Process::Belief, 3)];
+        incarnations
+            .into_iter()
+            .for_each(|(process, incarnation)| roster.set_incarnation(process, incarnation));
         let mut board = RosterWriter::create(&node, Process::Supervisor, 1).unwrap();
         board.write(&roster);
         let mut ended = Command::new("true").spawn().unwrap();
@@ -149,11 +155,11 @@ mod tests {
         ended.wait().unwrap();
         // The third incarnation of the belief process has no board.
         let written = [(Process::Motor, 1, std::process::id()), (Process::Sensor, 2, dead)];
-        let _boards = written.map(|(process, life, pid)| {
+        let _boards = written.map(|(process, incarnation, pid)| {
             let mut health = Health::default();
             health.pid = pid;
             health.set_state(ProcessState::Running);
-            let mut board = HealthWriter::create(&node, process, life).unwrap();
+            let mut board = HealthWriter::create(&node, process, incarnation).unwrap();
             board.write(&health);
             board
         });

@@ -83,7 +83,7 @@ pub(crate) enum Access {
 
 /// Why a request is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Refusal {
+enum AccessError {
     NoHost,
     OtherHost,
     OtherOrigin,
@@ -91,7 +91,7 @@ enum Refusal {
     WrongToken,
 }
 
-impl Refusal {
+impl AccessError {
     /// Status, heading and text of the answer.
     const fn answer(self) -> (StatusCode, &'static str, &'static str) {
         let token = "Open the whole address that `leo run` prints: http://127.0.0.1:7780/?token=… Programs send the \
@@ -174,27 +174,27 @@ struct AccessRequest<'a> {
 }
 
 impl AccessRequest<'_> {
-    fn access(&self, policy: &AccessPolicy) -> Result<Access, Refusal> {
+    fn access(&self, policy: &AccessPolicy) -> Result<Access, AccessError> {
         let presented = self.token();
         let is_known = presented.is_some_and(|presented| policy.token.is(presented));
         let has_cookie =
             self.cookie(&policy.cookie_name()).is_some_and(|presented| policy.token.is_cookie(presented));
-        let host = host(self.headers, self.uri).ok_or(Refusal::NoHost)?;
+        let host = host(self.headers, self.uri).ok_or(AccessError::NoHost)?;
         // DNS rebinding: a foreign site whose name resolves to this machine would count as same-origin.
         // Such a request has neither the token nor the cookie.
         if !is_known && !has_cookie && !is_own_name(host) {
-            return Err(Refusal::OtherHost);
+            return Err(AccessError::OtherHost);
         }
         if let Some(origin) = text(self.headers, header::ORIGIN)
             && origin.split_once("://").map(|(_, origin)| origin) != Some(host)
         {
-            return Err(Refusal::OtherOrigin);
+            return Err(AccessError::OtherOrigin);
         }
         // A page on another port of this host may ask too; browsers mark such requests as same-site.
         let is_plain = self.method.is_safe() && self.uri.path() != "/live";
         let site = self.headers.get("sec-fetch-site").and_then(|site| site.to_str().ok());
         if !is_plain && matches!(site, Some("cross-site" | "same-site")) {
-            return Err(Refusal::OtherOrigin);
+            return Err(AccessError::OtherOrigin);
         }
         if is_known {
             return Ok(Access::Command);
@@ -212,8 +212,8 @@ impl AccessRequest<'_> {
         };
         match (is_open, presented) {
             (true, _) => Ok(Access::Read),
-            (false, None) => Err(Refusal::NoToken),
-            (false, Some(_)) => Err(Refusal::WrongToken),
+            (false, None) => Err(AccessError::NoToken),
+            (false, Some(_)) => Err(AccessError::WrongToken),
         }
     }
 

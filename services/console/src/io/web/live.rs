@@ -15,7 +15,7 @@ use serde_json::json;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use super::pace::{MAX_MESSAGES_PER_SECOND, RateLimit, Verdict};
+use super::rate_limit::{MAX_MESSAGES_PER_SECOND, RateLimit, Verdict};
 use super::{Access, MAX_PAGES, MAX_READERS, PageSlot, Shared};
 use crate::io::requester::{QueuedRequest, Requester};
 use crate::requests::{Malformed, PageRequest, number, parse};
@@ -76,7 +76,7 @@ pub(super) async fn live(
     upgrade: WebSocketUpgrade,
 ) -> Response {
     // The slot is taken before the next request is handled, and is freed whenever the session ends.
-    let Some(place) = PageSlot::take(&shared, access) else {
+    let Some(slot) = PageSlot::take(&shared, access) else {
         let (max, which) = match access {
             Access::Command => (MAX_PAGES, ""),
             Access::Read => (MAX_READERS, " without the token"),
@@ -86,7 +86,7 @@ pub(super) async fn live(
     };
     let upgrade = upgrade.max_message_size(MAX_MESSAGE_BYTES).max_frame_size(MAX_MESSAGE_BYTES);
     upgrade.on_upgrade(move |socket| async move {
-        let shared = &place.shared;
+        let shared = &slot.shared;
         let number = shared.pages.fetch_add(1, Ordering::Relaxed);
         let (answer, answers) = mpsc::channel(ANSWER_QUEUE_SIZE);
         let page = Page {
@@ -97,7 +97,7 @@ pub(super) async fn live(
             hand: u16::try_from(number % u64::from(u16::MAX)).unwrap_or(0),
             version: 0,
             answer,
-            pace: RateLimit::default(),
+            rate_limit: RateLimit::default(),
             unanswered: 0,
             is_quiet: true,
         };
@@ -113,7 +113,7 @@ struct Page<'a> {
     /// The version of the state that the page has.
     version: u64,
     answer: mpsc::Sender<String>,
-    pace: RateLimit,
+    rate_limit: RateLimit,
     /// Pings since the last message of the page.
     unanswered: u32,
     /// Whether nothing was sent since the last ping.
@@ -129,7 +129,7 @@ impl Page<'_> {
         if let End::Shut(code, reason) = end {
             let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
             // A failed close frame does not matter.
-            let _told = self.send(close).await;
+            let _sent = self.send(close).await;
         }
     }
 
@@ -204,7 +204,7 @@ impl Page<'_> {
             None => return Err(End::Left),
         };
         self.unanswered = 0;
-        let taken = self.pace.hear(clock::now());
+        let taken = self.rate_limit.hear(clock::now());
         if taken == Verdict::Flood {
             self.count();
             return Err(End::Shut(close_code::POLICY, "far too many messages in a second".to_owned()));

@@ -72,13 +72,13 @@ fn token_file(state: &Path) -> io::Result<(Folder, String)> {
 
 /// The text of a token file. `None` if other users can read it, because such a token is no secret.
 fn text_of_token(folder: &Folder, name: &str) -> Option<String> {
-    let mode = folder.read(name).and_then(|file| file.metadata()).ok()?.permissions().mode();
+    let mode = folder.open_for_reading(name).and_then(|file| file.metadata()).ok()?.permissions().mode();
     if mode & OTHERS_MODE == 0 { text(folder, name) } else { None }
 }
 
 fn text(folder: &Folder, name: &str) -> Option<String> {
     let mut text = String::new();
-    folder.read(name).ok()?.take(MAX_FILE_BYTES).read_to_string(&mut text).ok()?;
+    folder.open_for_reading(name).ok()?.take(MAX_FILE_BYTES).read_to_string(&mut text).ok()?;
     Some(text)
 }
 
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_next_incarnation_finds_the_port_and_the_token() {
+    fn the_next_incarnation_reads_the_stored_port_and_token() {
         let domain = tempfile::tempdir().unwrap();
         assert_eq!(ServerIdentity::read(domain.path(), None).port, None);
         let token = Token::new().unwrap();
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn the_next_robot_finds_the_token_and_not_the_port() {
+    fn the_next_robot_reads_the_token_but_not_the_port() {
         let [domain, next, folder] = [(); 3].map(|()| tempfile::tempdir().unwrap());
         let state = folder.path().join("leo");
         // Without a token, nothing is stored.

@@ -82,7 +82,7 @@ fn the_table_fits_and_sorts_by_the_worst() {
 }
 
 #[test]
-fn a_frozen_screen_stands_still() {
+fn a_frozen_screen_is_not_updated() {
     let mut screen = seen();
     assert!(shown(&mut screen, &[' '])[0].contains("FROZEN"));
     screen.update(Readings::default(), Vec::new());

@@ -28,7 +28,7 @@ impl Net {
 }
 
 /// Generous: the machine may be loaded.
-const PATIENCE: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// Two machines of one robot: the first listens on a port, the second connects to it.
 struct Pair {
@@ -84,7 +84,7 @@ fn pulse(epoch: u64) -> Vec<u8> {
 }
 
 fn wait<T>(mut what: impl FnMut() -> Option<T>) -> T {
-    let end = clock::now() + PATIENCE;
+    let end = clock::now() + MAX_WAIT;
     loop {
         if let Some(it) = what() {
             return it;
@@ -142,7 +142,7 @@ fn a_restarted_peer_is_found() {
 }
 
 #[test]
-fn a_closing_peer_says_so() {
+fn a_closing_peer_announces_its_end() {
     let Some(pair) = Pair::or_skip() else { return };
     let robot = pair.robot();
     within(async {
@@ -204,7 +204,7 @@ fn before_compatibility_is_known_only_pulses_are_accepted() {
 }
 
 #[test]
-fn another_robot_and_another_of_the_same_side_are_not_talked_to() {
+fn another_robot_and_a_peer_of_the_same_side_are_refused() {
     let Some(pair) = Pair::or_skip() else { return };
     let robot = pair.robot();
     let other = pair.away(|link| link.robot = "other".to_owned().try_into().unwrap());

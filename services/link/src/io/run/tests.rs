@@ -67,7 +67,7 @@ fn machines_with_different_layouts_refuse_each_other_and_log_it_once() {
 }
 
 #[test]
-fn two_machines_that_mean_the_same_hear_each_other() {
+fn machines_with_the_same_layouts_establish_a_session() {
     let mut ends = [1, 2].map(|epoch| End::new(epoch, compatibility()));
     session(&mut ends);
     for end in &ends {

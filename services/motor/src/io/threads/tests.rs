@@ -88,9 +88,9 @@ fn a_thread_reports_and_closes_a_blocked_line_by_itself() {
     let tty = Tty::open(pty.path(), bus.baud).unwrap();
     // Nothing reads the other end. The kernel moves data on for a while, which frees space.
     while tty.write(&[0; 64], clock::now() + Duration::from_millis(500)).is_ok() {}
-    let patience = (PERIOD / 4, 2 * PERIOD);
+    let reply_timeout = (PERIOD / 4, 2 * PERIOD);
     let line = Line::new(Some(tty), pty.path().to_owned(), bus.baud);
-    let end = BusWorker::start(bus, line, patience, EmergencyFlag::default()).unwrap();
+    let end = BusWorker::start(bus, line, reply_timeout, EmergencyFlag::default()).unwrap();
     let mut exchange = Box::<Exchange>::default();
     let mut motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
     motor.request(0, clock::now(), &mut exchange.request);
@@ -166,9 +166,9 @@ fn a_mock_bus_or_an_adapter_may_appear_after_the_motor() {
     // A real device instead of the mock: only its path is known.
     let path = rig.folder.path().join(format!("bus-{}", buses[0].name));
     buses[0].device = Device::Tty(path);
-    let (patience, calm) = ((PERIOD / 4, 2 * PERIOD), EmergencyFlag::default());
+    let (reply_timeout, calm) = ((PERIOD / 4, 2 * PERIOD), EmergencyFlag::default());
     rig.threads =
-        BusThreads::start(&buses, rig.folder.path(), patience, Instant::EPOCH, true, &calm).unwrap();
+        BusThreads::start(&buses, rig.folder.path(), reply_timeout, Instant::EPOCH, true, &calm).unwrap();
     rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
     rig.ptys = Some(MockBuses::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
     rig.until("following", follows);

@@ -51,8 +51,8 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
         ("simulator.rate_hz", rate),
     ]);
     std::fs::write(&file, text)?;
-    let lives = RosterPublisher::publish_members(node, &PROCESSES).map_err(BenchError::port)?;
-    let mut children = Children::new().map_err(crate::RunError::Executable)?.with_roster(lives);
+    let roster = RosterPublisher::publish_members(node, &PROCESSES).map_err(BenchError::port)?;
+    let mut children = Children::new().map_err(crate::RunError::Executable)?.with_roster(roster);
     // Unique per incarnation of each process, because the board names of one domain contain it.
     let incarnation = u64::from(case.rate_hz) * 100_000 + u64::from(case.objects);
     let mut beliefs = node.waking_subscriber::<Beliefs>(Some(LAST_PERSPECTIVE)).map_err(BenchError::port)?;

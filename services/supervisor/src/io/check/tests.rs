@@ -83,7 +83,7 @@ fn a_wrong_file_is_named() {
 }
 
 #[test]
-fn what_is_found_is_one_json_document() {
+fn the_findings_are_one_json_document() {
     let mut out = Vec::new();
     let measured = CheckOptions {
         json: true,
@@ -100,7 +100,7 @@ fn what_is_found_is_one_json_document() {
 }
 
 #[test]
-fn a_look_changes_nothing() {
+fn an_inspection_changes_no_setting() {
     let root = folder();
     let mut out = Vec::new();
     check(&inquiry(root.path(), MachineChange::Inspect), &mut out).unwrap();
@@ -136,7 +136,7 @@ fn applied_changes_are_printed_recorded_and_reverted() {
 }
 
 #[test]
-fn what_cannot_be_noted_is_not_changed() {
+fn a_setting_that_cannot_be_journalled_is_not_changed() {
     let root = folder();
     fs::remove_dir_all(root.path().join("run")).unwrap();
     let refused = check(&inquiry(root.path(), MachineChange::Apply), &mut Vec::new()).unwrap_err();

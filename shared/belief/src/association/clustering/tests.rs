@@ -355,7 +355,7 @@ proptest! {
 }
 
 #[test]
-fn neighbours_are_looked_for_by_place_whichever_term_in_metres_comes_first() {
+fn neighbours_are_searched_by_position_whichever_metric_term_comes_first() {
     let mut percepts = Percepts::builtin();
     let percept = percepts.index("extents").unwrap();
     percepts.belief.distance.insert(0, Distance { percept, measure: Measure::Metres, weight: 1.0 });
@@ -436,7 +436,7 @@ fn an_object_merges_with_a_near_unconstrained_one() {
 }
 
 #[test]
-fn beyond_the_capacity_two_objects_of_a_late_frame_stay_two() {
+fn objects_of_a_late_frame_beyond_the_capacity_stay_separate() {
     let mut twins = Twins::new(Percepts::builtin());
     for group in 0..8 {
         let at = 10 + u64::try_from(group).unwrap();
@@ -466,7 +466,7 @@ fn a_late_detection_keeps_its_cannot_links_after_a_merge() {
 }
 
 #[test]
-fn of_equally_near_pairs_the_lowest_identities_merge_first() {
+fn equally_near_pairs_merge_by_lowest_identity() {
     let mut percepts = Percepts::builtin();
     percepts.belief.threshold = 0.06;
     percepts.belief.cannot_link_same_source_instant = false;

@@ -90,7 +90,7 @@ proptest! {
 
     /// D = Σ wᵢ·qᵢ·dᵢ (Eq. 4), divided by Σ wᵢ·qᵢ if normalised, written literally.
     #[test]
-    fn the_distance_is_the_sum_of_the_paper(
+    fn the_distance_equals_the_weighted_sum_of_the_paper(
         terms in prop::collection::vec(
             (measures(), prop::sample::select(vec![0.0, 0.25, 0.5, 1.0, 2.0]), had(), had(), any::<bool>()), 1..6,
         ),

@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn every_row_has_a_lane_of_a_band() {
+    fn every_row_has_a_unique_slot_of_a_block() {
         let rows = 3 * BLOCK_SLOTS + 1;
         let mut places: Vec<_> = (0..rows).map(block).collect();
         assert!(places.iter().all(|(block, block_slot)| (*block as usize) < blocks(rows as usize)
@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn after_the_last_cell_comes_the_first() {
+    fn a_ring_of_cells_wraps_after_the_last() {
         let (views, count) = interleave_layout(&[(3, 'a'), (3, 'a'), (1, 'b')], |kind| kind == 'a');
         let mut block: Vec<usize> = (0..count).collect();
         let block_slots = || 0..BLOCK_SLOTS as usize;

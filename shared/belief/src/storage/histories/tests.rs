@@ -117,7 +117,7 @@ fn a_full_lossless_history_forgets_as_configured() {
 }
 
 #[test]
-fn of_two_samples_of_one_instant_the_higher_match_times_confidence_counts() {
+fn of_simultaneous_samples_the_higher_match_times_confidence_is_kept() {
     let weak = Sample { confidence: 0.6, ..sample(9, Feature::Number(5.0)) };
     let strong = sample(9, Feature::Number(1.0));
     let first = sample(5, Feature::Number(0.0));
@@ -184,7 +184,7 @@ fn a_log_timescale_of_64_holds_half_a_day_at_20_hz() {
 
 /// Otherwise all beliefs of a table that was seen at once would be thinned in the same step.
 #[test]
-fn series_that_began_together_are_thinned_by_turns() {
+fn series_that_began_together_are_thinned_in_different_steps() {
     let thinned = |phase| {
         let mut history = grown(&log_timescale(64), &[]);
         let mut before = 0;
@@ -341,7 +341,7 @@ proptest! {
 
     /// y = a·x + (1 − a)·y over the best sample of each instant, in order of time; symbols are not filtered.
     #[test]
-    fn the_low_pass_is_the_recurrence(
+    fn the_low_pass_equals_its_recurrence_relation(
         drawn in features(), share in 0.01..=1.0_f64,
         when in prop::collection::vec((0..3_u64, prop::sample::select(vec![0.6_f32, 0.8])), 16),
     ) {
@@ -407,7 +407,7 @@ proptest! {
 
     /// A feature that a percept cannot derive is not stored, and the arena's prediction agrees.
     #[test]
-    fn what_is_remembered_is_what_was_foreseen(
+    fn a_stored_feature_equals_its_prediction(
         generator in generators(), kernel in kernels(), first in features(), second in features(),
     ) {
         let mut histories = histories_of([(&generator, kernel.clone())]);
@@ -489,7 +489,7 @@ proptest! {
 
     /// Like the samples of several sources, some of which are slow, and of two merged beliefs.
     #[test]
-    fn a_log_timescale_does_so_in_any_sample_order_and_when_merged(
+    fn a_log_timescale_is_accurate_in_any_sample_order_and_after_merges(
         came in prop::collection::vec((1..1_000_u64, 0..6_usize, prop::bool::weighted(0.3)), 1..400),
         wait in 0..5_000_u64, share in 0.0..=1.0_f64, phase in 0..16_u64,
     ) {
@@ -509,7 +509,7 @@ proptest! {
     }
 
     #[test]
-    fn no_history_outgrows_its_room(generator in generators(), drawn in samples(40)) {
+    fn no_history_exceeds_its_capacity(generator in generators(), drawn in samples(40)) {
         let instants = grown(&generator, &drawn).instants();
         let room = match generator {
             settings::History::Lossless { samples, .. } | settings::History::LogTimescale { samples } => samples.get(),

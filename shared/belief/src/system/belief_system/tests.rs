@@ -103,7 +103,7 @@ fn a_thing_that_moves_keeps_its_identity() {
 }
 
 #[test]
-fn two_alike_that_are_seen_at_once_stay_two_and_literally_merge() {
+fn similar_simultaneous_objects_stay_separate_and_merge_only_literally() {
     let mut percepts = Percepts::builtin();
     for cannot_link in [true, false] {
         percepts.belief.cannot_link_same_source_instant = cannot_link;
@@ -119,7 +119,7 @@ fn two_alike_that_are_seen_at_once_stay_two_and_literally_merge() {
 }
 
 #[test]
-fn alike_at_one_place_for_two_sensors_are_one() {
+fn similar_objects_of_two_sensors_at_one_place_are_merged() {
     let mut robot = Robot::new(&Percepts::builtin());
     let now = ms(0);
     let other_sensor = Observation { source: 1, ..block(now, [0.51, 0.0, 0.0], RED) };
@@ -153,7 +153,7 @@ fn a_source_distance_never_merges_objects_of_two_sources() {
 }
 
 #[test]
-fn another_colour_is_another_thing() {
+fn objects_of_different_colours_are_different_beliefs() {
     let mut robot = Robot::new(&Percepts::builtin());
     robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], false);
     robot.see(ms(5), &[block(ms(5), [0.5, 0.0, 0.0], BLUE)], false);
@@ -181,7 +181,7 @@ fn an_observation_slightly_ahead_is_stored_at_the_step() {
 }
 
 #[test]
-fn time_that_goes_backwards_is_counted_and_does_no_harm() {
+fn a_step_back_in_time_is_counted_and_ignored() {
     let mut robot = Robot::new(&Percepts::builtin());
     robot.see(ms(50), &[block(ms(50), [0.5, 0.0, 0.0], RED)], true);
     robot.see(ms(20), &[block(ms(51), [0.5, 0.0, 0.0], RED)], true);
@@ -191,7 +191,7 @@ fn time_that_goes_backwards_is_counted_and_does_no_harm() {
 }
 
 #[test]
-fn a_full_system_keeps_what_it_knows_and_counts_what_it_drops() {
+fn a_full_system_keeps_its_beliefs_and_counts_dropped_observations() {
     let mut robot = Robot::new(&Percepts::builtin());
     let row = |now, count: u16| -> Vec<_> {
         (0..count).map(|index| block(now, [f32::from(index), 0.0, 0.0], RED)).collect()
@@ -224,7 +224,7 @@ fn individually_stamped_objects_all_become_beliefs() {
 }
 
 #[test]
-fn identities_have_no_gaps() {
+fn identities_are_numbered_without_gaps() {
     let mut robot = Robot::new(&Percepts::builtin());
     let (here, there) = ([0.5, 0.0, 0.0], [0.5, 0.4, 0.0]);
     robot.see(ms(0), &[block(ms(0), here, RED)], false);
@@ -244,7 +244,7 @@ fn the_holder_is_remembered() {
 }
 
 #[test]
-fn no_percept_gives_no_belief() {
+fn an_observation_without_percepts_creates_no_belief() {
     let mut robot = Robot::new(&Percepts::builtin());
     let doubtful = Observation { confidence: 0.4, ..block(ms(0), [0.5, 0.0, 0.0], RED) };
     robot.see(ms(0), &[doubtful], true);
@@ -265,7 +265,7 @@ fn unconstrained_beliefs_without_terms_merge_only_literally() {
 }
 
 #[test]
-fn a_moved_frame_moves_what_is_remembered_and_turns_left_into_right() {
+fn a_moved_frame_transforms_remembered_positions_and_turns_left_into_right() {
     let percepts = Percepts::builtin();
     let (left, orientation) = (percepts.index("left").unwrap(), percepts.index("orientation").unwrap());
     let mut robot = Robot::new(&percepts);
@@ -342,7 +342,7 @@ fn after_a_frame_change_ranges_and_regions_are_evaluated_again() {
 }
 
 #[test]
-fn what_a_range_cannot_tell_in_a_moved_frame_is_not_remembered() {
+fn a_range_that_cannot_be_evaluated_after_a_frame_change_is_forgotten() {
     let percepts = placed();
     let near = percepts.index("near").unwrap();
     let mut robot = Robot::new(&percepts);
@@ -362,7 +362,7 @@ fn what_a_range_cannot_tell_in_a_moved_frame_is_not_remembered() {
 }
 
 #[test]
-fn what_leaves_a_range_is_remembered_as_outside() {
+fn an_object_that_leaves_a_range_is_remembered_as_outside() {
     let percepts = placed();
     let near = percepts.index("near").unwrap();
     let mut robot = Robot::new(&percepts);
@@ -379,7 +379,7 @@ fn what_leaves_a_range_is_remembered_as_outside() {
 }
 
 #[test]
-fn a_snapshot_goes_its_own_way() {
+fn a_cloned_belief_system_is_independent_of_the_original() {
     let mut robot = Robot::new(&Percepts::builtin());
     robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
     let snapshot = robot.system.clone();
@@ -415,9 +415,9 @@ fn similar_near_objects_keep_their_identities_during_a_carry() {
                 let mut place = home(index);
                 if index == 0 {
                     // Up, over all others within a second, down beyond them, then at rest.
-                    let way = (f32::from(step) / 200.0).min(1.0);
-                    place[1] += way * 0.7;
-                    place[2] += 0.6 * way * (1.0 - way);
+                    let progress = (f32::from(step) / 200.0).min(1.0);
+                    place[1] += progress * 0.7;
+                    place[2] += 0.6 * progress * (1.0 - progress);
                 }
                 block(now, place.map(|part| part + wobble(&mut seed)), RED)
             })

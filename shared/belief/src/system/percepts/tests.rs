@@ -36,14 +36,14 @@ fn the_built_in_percepts_are_sound_and_numbered_in_order() {
 }
 
 #[test]
-fn an_empty_place_is_found_by_one_look_or_for_a_while() {
+fn an_empty_place_is_confirmed_by_one_observation_or_over_time() {
     let text = BUILTIN.replace("when = \"place_in_view_and_empty\"", "when = { place_empty_for_ms = 400.0 }");
     let percepts = Percepts::parse(&text, Path::new("p.toml")).unwrap();
     assert_eq!(percepts.belief.cull[1], Cull::PlaceEmptyFor(Duration::from_millis(400)));
 }
 
 #[test]
-fn what_contradicts_itself_is_refused_at_its_place() {
+fn a_contradictory_percepts_file_is_refused_with_the_position() {
     let cases = [
         ("parent = \"position\"", "parent = \"place\"", "`place`; there are position, orientation"),
         ("percept = \"colour\"", "percept = \"color\"", "`color`"),
@@ -61,13 +61,13 @@ fn what_contradicts_itself_is_refused_at_its_place() {
         ("max_m = [inf, inf, inf]", "max_m = [inf, nan, inf]", "region"),
         ("normalised = false", "normalized = false", "`normalised`?"),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (from, to, word) in cases {
         let (line, reason) = refusal(from, to);
         assert!(line > 1 && reason.contains(word), "{line}: {reason} does not name {word}");
-        worded += &format!("{to}\n    {reason}\n");
+        wording += &format!("{to}\n    {reason}\n");
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn a_role_that_goals_cannot_give_is_refused() {
         // At most a `parent` line stands between the name and the role; it is not needed here.
         Percepts::parse(&text, Path::new("p.toml")).map(drop).map_err(told)
     };
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (name, role, word) in [
         ("marked", "criteria", "`nearest`"),
         ("position", "criteria", "`nearest`"),
@@ -89,9 +89,9 @@ fn a_role_that_goals_cannot_give_is_refused() {
     ] {
         let (line, reason) = of(name, role).unwrap_err();
         assert!(line > 1 && reason.contains(word), "{line}: {reason}");
-        worded += &format!("{name} is {role}\n    {reason}\n");
+        wording += &format!("{name} is {role}\n    {reason}\n");
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
     for (name, role) in [("colour", "neither"), ("marked", "neither"), ("orientation", "expectation")] {
         assert_eq!(of(name, role), Ok(()), "{name}");
     }
@@ -110,7 +110,7 @@ fn with_source(role: &str, history: &str, measure: &str) -> Result<Percepts, (us
 }
 
 #[test]
-fn a_source_is_a_symbol_without_a_name_that_tells_things_apart() {
+fn a_source_is_a_nameless_symbol_that_distinguishes_objects() {
     let lossless = "lossless = { samples = 4, when_full = \"forget_oldest\" }";
     let percepts = with_source("neither", lossless, "differs").unwrap();
     let source = percepts.index("seen_by").unwrap();
@@ -120,7 +120,7 @@ fn a_source_is_a_symbol_without_a_name_that_tells_things_apart() {
     );
     let term = Distance { percept: source, measure: Measure::Differs, weight: 0.15 };
     assert_eq!(percepts.belief.distance.last(), Some(&term));
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (role, history, measure, word) in [
         ("neither", lossless, "difference", "`seen_by`"),
         ("neither", "low_pass = { alpha = 0.5 }", "differs", "symbols"),
@@ -128,13 +128,13 @@ fn a_source_is_a_symbol_without_a_name_that_tells_things_apart() {
     ] {
         let (_, reason) = with_source(role, history, measure).unwrap_err();
         assert!(reason.contains(word), "{reason} does not name {word}");
-        worded += &format!("{role}, {history}, {measure}\n    {reason}\n");
+        wording += &format!("{role}, {history}, {measure}\n    {reason}\n");
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
-fn a_region_holds_its_sides_and_no_nan() {
+fn a_region_includes_its_boundary_and_no_nan() {
     let region = Region { min_m: [0.0; 3], max_m: [1.0; 3] };
     assert!(region.holds([0.0, 0.5, 1.0]));
     assert!(!region.holds([0.0, 0.5, 1.1]));
@@ -172,7 +172,7 @@ fn range(parent: &str, range: &str) -> Range {
 }
 
 #[test]
-fn a_range_holds_its_limits_and_nothing_beyond_nor_nan() {
+fn a_range_includes_its_limits_and_neither_values_beyond_nor_nan() {
     // In double precision, an observed 0.7 is less than 0.7, and an observed 1.1 is greater.
     let raised = range("position", "component = \"z_m\", from = 0.7, to = 1.1");
     let degree = |z| raised.degree(Feature::Vector([9.0, 9.0, z]));
@@ -185,7 +185,7 @@ fn a_range_holds_its_limits_and_nothing_beyond_nor_nan() {
 }
 
 #[test]
-fn a_range_falls_to_nothing_over_its_softness() {
+fn the_degree_of_a_range_falls_to_zero_over_its_softness() {
     let soft = range("position", "component = \"z_m\", from = 0.25, to = 0.5, softness = 0.5");
     let degree = |z| soft.degree(Feature::Vector([0.0, 0.0, z]));
     assert_eq!([degree(0.25), degree(0.5)], [Some(1.0); 2]);
@@ -226,7 +226,7 @@ fn a_range_is_of_the_number_that_it_names() {
 }
 
 #[test]
-fn one_limit_is_enough() {
+fn a_range_may_have_a_single_limit() {
     let high = range("position", "component = \"z_m\", from = 0.1");
     assert_eq!(high.degree(Feature::Vector([0.0, 0.0, f32::MAX])), Some(1.0));
     assert_eq!(high.degree(Feature::Vector([0.0, 0.0, 0.0])), Some(0.0));
@@ -239,7 +239,7 @@ fn one_limit_is_enough() {
 fn a_range_of_an_underived_number_is_refused_at_its_place() {
     let (line, reason) = with_range(None, "component = \"z_m\", from = 0.1").unwrap_err();
     assert!(line > 1 && reason.contains("`z_m`"), "{line}: {reason}");
-    let mut worded = format!("no parent, z_m\n    {reason}\n");
+    let mut wording = format!("no parent, z_m\n    {reason}\n");
     for (parent, of) in [
         ("orientation", "z_m"),
         ("colour", "number"),
@@ -252,14 +252,14 @@ fn a_range_of_an_underived_number_is_refused_at_its_place() {
     ] {
         let (_, reason) = with_range(Some(parent), &format!("component = \"{of}\", from = 0.1")).unwrap_err();
         assert!(reason.contains(&format!("`{parent}`")) && reason.contains(&format!("`{of}`")), "{reason}");
-        worded += &format!("{parent}, {of}\n    {reason}\n");
+        wording += &format!("{parent}, {of}\n    {reason}\n");
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
-fn limits_that_limit_nothing_are_refused() {
-    let mut worded = String::new();
+fn a_range_that_excludes_no_value_is_refused() {
+    let mut wording = String::new();
     for (limits, word) in [
         ("", "limits"),
         (", softness = 0.1", "limits"),
@@ -274,15 +274,15 @@ fn limits_that_limit_nothing_are_refused() {
         let (line, reason) =
             with_range(Some("position"), &format!("component = \"z_m\"{limits}")).unwrap_err();
         assert!(line > 1 && reason.contains(word), "{limits}: {line}: {reason}");
-        worded += &format!("{limits}\n    {reason}\n");
+        wording += &format!("{limits}\n    {reason}\n");
     }
     let (_, reason) = with_range(Some("position"), "component = \"height\", from = 0.1").unwrap_err();
     assert!(reason.contains("`height`") && reason.contains("`x_m`"), "{reason}");
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
-fn every_number_is_called_as_it_is_written() {
+fn every_component_has_the_name_of_the_file_format() {
     for (parent, of) in [
         ("position", Component::XM),
         ("position", Component::YM),
@@ -313,7 +313,7 @@ fn degrees_of_a_range_are_compared_by_their_difference() {
 }
 
 #[test]
-fn the_data_of_a_range_come_from_the_first_that_is_none() {
+fn a_range_reads_its_first_ancestor_that_is_not_a_range() {
     let percepts = with_range(Some("left"), "component = \"number\", from = 0.5").unwrap();
     let all = &percepts.percepts;
     assert_eq!(origin(all, all.last().unwrap()).name, "left");
@@ -322,7 +322,7 @@ fn the_data_of_a_range_come_from_the_first_that_is_none() {
 
 proptest! {
     #[test]
-    fn a_range_is_a_degree_that_does_not_rise_away_from_it(
+    fn the_degree_of_a_range_never_rises_with_distance_from_it(
         from in -2.0..2.0_f64,
         width in 0.001..2.0_f64,
         softness in prop_oneof![Just(0.0), 0.0..1.0_f64],

@@ -37,7 +37,7 @@ fn a_broadcast_ping_is_answered_by_all_servos() {
 }
 
 #[test]
-fn a_sync_read_is_answered_in_the_order_of_the_asked() {
+fn a_sync_read_is_answered_in_the_requested_order() {
     let asked = Instruction::SyncRead { address: PRESENT_POSITION.address, length: 4, ids: &[7, 3, 1] };
     assert_eq!(say(&mut line(), Address::All, asked), [(7, None, 4), (1, None, 4)]);
 }
@@ -53,7 +53,7 @@ fn a_sync_write_is_obeyed_without_replies() {
 }
 
 #[test]
-fn a_refusal_is_answered() {
+fn a_refused_instruction_gets_an_error_reply() {
     let told = Instruction::Write { address: TORQUE_ENABLE.address, data: &[9] };
     assert_eq!(say(&mut line(), one(1), told), [(1, Some(Fault::Range), 0)]);
 }
@@ -158,7 +158,7 @@ fn bulk_reads_and_writes_reach_each_servo_with_its_own() {
 }
 
 #[test]
-fn what_is_registered_waits_for_the_action_of_all() {
+fn a_registered_write_waits_for_the_action_instruction() {
     let mut line = line();
     let told = Instruction::RegWrite { address: 65, data: &[1] };
     assert_eq!(say(&mut line, one(1), told), [(1, None, 0)]);
@@ -269,7 +269,7 @@ fn the_same_seed_and_the_same_instructions_make_the_same_faults() {
 }
 
 #[test]
-fn a_fault_happens_in_its_window_to_whom_it_is_for() {
+fn a_fault_happens_in_its_window_to_its_servos() {
     let mut line = injected(&["drop bus=torso id=2,7 from=10ms for=10ms", "drop bus=face id=1"], 0);
     for (ms, heard) in [(0, &[1, 2, 7][..]), (9, &[1, 2, 7]), (10, &[1]), (19, &[1]), (20, &[1, 2, 7])] {
         assert_eq!(ids(&listen(&mut line, at(ms), Address::All, SYNC)), heard, "{ms}");
@@ -368,7 +368,7 @@ fn a_late_reply_comes_after_its_timeout() {
 }
 
 #[test]
-fn what_happens_to_servos_shows_in_their_tables() {
+fn servo_faults_show_in_their_control_tables() {
     let mut line = injected(&["overload id=1 at=1s", "alert id=2 at=1s", "reboot id=7 at=1s"], 0);
     let all = Address::All;
     let on = Instruction::SyncWrite { address: 64, length: 1, records: &[1, 1, 2, 1, 7, 1] };
@@ -434,7 +434,7 @@ fn faults_are_switched_while_it_runs_and_those_that_stay_go_on() {
 }
 
 #[test]
-fn a_clock_that_stood_still_goes_on_from_where_it_stood() {
+fn a_stopped_servo_clock_continues_from_its_last_value() {
     let mut line = injected(&["stopped-clock id=2 from=100ms for=50ms"], 0);
     let mut ticks = |ms| {
         line.advance(at(ms));

@@ -62,7 +62,7 @@ fn a_write_with_one_bad_item_changes_none() {
 
 /// 0.2 s of acceleration, 0.3 s at 2 rad/s, 0.2 s of deceleration.
 #[test]
-fn it_moves_on_its_profile() {
+fn a_servo_moves_on_its_profile() {
     let mut servo = moving();
     let reading = |servo: &Servo| {
         Reading::parse(servo.model, servo.read(Reading::ITEM.address, Reading::ITEM.length).unwrap()).unwrap()
@@ -79,7 +79,7 @@ fn it_moves_on_its_profile() {
 }
 
 #[test]
-fn how_often_time_advances_does_not_matter() {
+fn servo_motion_is_independent_of_the_step_length() {
     let (mut often, mut seldom) = (moving(), moving());
     for ms in 0..=400 {
         often.advance(at(ms));
@@ -89,7 +89,7 @@ fn how_often_time_advances_does_not_matter() {
 }
 
 #[test]
-fn without_torque_it_moves_nowhere() {
+fn a_servo_without_torque_does_not_move() {
     let mut servo = servo();
     put(&mut servo, GOAL_POSITION, 1000).unwrap();
     servo.advance(at(1000));
@@ -101,7 +101,7 @@ fn without_torque_it_moves_nowhere() {
 }
 
 #[test]
-fn silence_on_the_bus_trips_the_watchdog_and_zero_clears_it() {
+fn bus_silence_trips_the_watchdog_and_writing_zero_clears_it() {
     let mut servo = moving();
     put(&mut servo, BUS_WATCHDOG, 5).unwrap();
     for ms in (0..=200).step_by(50) {
@@ -128,7 +128,7 @@ fn the_watchdog_does_not_count_without_torque() {
 }
 
 #[test]
-fn a_reboot_is_deaf_and_forgets_all_but_the_eeprom() {
+fn during_a_reboot_a_servo_is_silent_and_its_ram_is_reset() {
     let mut servo = servo();
     put(&mut servo, RETURN_DELAY, 0).unwrap();
     put(&mut servo, TORQUE_ENABLE, 1).unwrap();
@@ -172,7 +172,7 @@ fn an_extended_position_exceeds_a_turn_until_a_clear() {
 }
 
 #[test]
-fn it_turns_at_its_goal_velocity_within_its_limit() {
+fn in_velocity_mode_a_servo_turns_at_its_limited_goal_velocity() {
     let mut servo = servo();
     put(&mut servo, OPERATING_MODE, 1).unwrap();
     assert_eq!(get(&servo, GOAL_VELOCITY), 0);
@@ -185,7 +185,7 @@ fn it_turns_at_its_goal_velocity_within_its_limit() {
 }
 
 #[test]
-fn a_profile_of_times_takes_its_time() {
+fn a_time_based_profile_takes_the_requested_time() {
     let mut servo = servo();
     put(&mut servo, DRIVE_MODE, 4).unwrap();
     put(&mut servo, PROFILE_VELOCITY, 1000).unwrap();
@@ -221,7 +221,7 @@ fn a_current_based_position_stays_below_its_goal_current() {
 }
 
 #[test]
-fn a_load_heats_it_and_one_too_heavy_makes_it_let_go() {
+fn a_load_heats_a_servo_and_an_overload_releases_it() {
     let mut servo = servo();
     put(&mut servo, TORQUE_ENABLE, 1).unwrap();
     servo.load(1.5);
@@ -285,7 +285,7 @@ fn a_homing_offset_in_extended_mode_defeats_the_watchdog() {
 }
 
 #[test]
-fn what_a_start_is_configured_to_do_it_does() {
+fn the_startup_configuration_is_applied_at_start() {
     let mut servo = servo();
     put(&mut servo, PROFILE_VELOCITY, 77).unwrap();
     put(&mut servo, STARTUP_CONFIGURATION, 3).unwrap();

@@ -31,15 +31,15 @@ fn belief(id: u64, place_m: [f64; 3], filled: Option<f32>, held_by: u16) -> Beli
 /// An object's x coordinate at a frame, and its holder.
 type Script = fn(u32) -> (f64, u16);
 
-/// The detected acts, with the frames at which they are detected.
-fn acts(frames: impl Iterator<Item = Vec<Belief>>) -> Vec<(u64, Act)> {
+/// The detected actions, with the frames at which they are detected.
+fn actions(frames: impl Iterator<Item = Vec<Belief>>) -> Vec<(u64, Action)> {
     let mut parser = ActionParser::default();
-    let mut acts = Vec::new();
+    let mut actions = Vec::new();
     for (step, beliefs) in (0_u64..).zip(frames) {
         let now = Instant::from_nanos(step * FRAME_NS);
-        acts.extend(parser.step(now, &language(), &beliefs).map(|act| (step, act)));
+        actions.extend(parser.step(now, &language(), &beliefs).map(|action| (step, action)));
     }
-    acts
+    actions
 }
 
 /// Approximately normal noise: the sum of twelve uniform numbers.
@@ -74,12 +74,12 @@ fn believed(script: Script, frames: u32, seed: u64) -> Vec<Vec<Belief>> {
         .collect()
 }
 
-/// The actors of the detected acts, in order, for 40 noise seeds.
+/// The actors of the detected actions, in order, for 40 noise seeds.
 fn actors(script: Script, frames: u32) -> Vec<Vec<u16>> {
     (1..=40)
         .map(|seed| {
-            let acts = acts(believed(script, frames, seed).into_iter());
-            acts.iter().map(|(_, act)| act.actor).collect()
+            let actions = actions(believed(script, frames, seed).into_iter());
+            actions.iter().map(|(_, action)| action.actor).collect()
         })
         .collect()
 }
@@ -87,40 +87,40 @@ fn actors(script: Script, frames: u32) -> Vec<Vec<u16>> {
 #[test]
 fn inserting_a_carried_peg_is_one_act_of_its_carrier() {
     let frames = (0..400_u16).map(|step| {
-        let way = f64::from(step.clamp(100, 200) - 100) * 0.002;
+        let moved_m = f64::from(step.clamp(100, 200) - 100) * 0.002;
         let held_by = if (100..200).contains(&step) { 1 } else { NOBODY };
         let filled = if step >= 204 { 1.0 } else { 0.0 };
-        let (peg, block) = ([0.1 + way, 0.0, 0.0], [0.3, 0.0, 0.0]);
+        let (peg, block) = ([0.1 + moved_m, 0.0, 0.0], [0.3, 0.0, 0.0]);
         vec![belief(1, peg, None, held_by), belief(2, block, Some(filled), NOBODY)]
     });
-    let acts = acts(frames);
-    assert_eq!(acts.len(), 1, "{acts:?}");
-    assert_eq!(acts[0].1.actor, 1);
-    assert!(acts[0].0 >= 240, "it is complete when all has settled, not before: {acts:?}");
+    let actions = actions(frames);
+    assert_eq!(actions.len(), 1, "{actions:?}");
+    assert_eq!(actions[0].1.actor, 1);
+    assert!(actions[0].0 >= 240, "it is complete when all has settled, not before: {actions:?}");
 }
 
 #[test]
-fn noise_is_no_act() {
+fn position_noise_is_not_an_action() {
     let frames = (0..1000_u16).map(|step| {
         let jitter = if step % 2 == 0 { 0.012 } else { -0.012 };
         let degree = if step % 3 == 0 { 0.42 } else { 0.58 };
         vec![belief(1, [0.1 + jitter, 0.0, 0.0], Some(degree), NOBODY)]
     });
-    assert_eq!(acts(frames), []);
+    assert_eq!(actions(frames), []);
     assert!(actors(|_| (0.1, NOBODY), 4000).iter().all(Vec::is_empty));
 }
 
 #[test]
-fn a_thing_lifted_and_put_back_is_no_act() {
+fn an_object_put_back_is_not_an_action() {
     let frames = (0..400_u16).map(|step| {
         let away = if (100..200).contains(&step) { 0.2 } else { 0.0 };
         vec![belief(1, [0.1 + away, 0.0, 0.0], None, if away > 0.0 { 1 } else { NOBODY })]
     });
-    assert_eq!(acts(frames), []);
+    assert_eq!(actions(frames), []);
 }
 
 #[test]
-fn a_thing_put_elsewhere_is_one_act_through_10_mm_of_noise() {
+fn a_moved_object_is_one_action_despite_10_mm_of_noise() {
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         200..300 => (f64::from(frame - 200).mul_add(0.002, 0.1), 1),
@@ -132,7 +132,7 @@ fn a_thing_put_elsewhere_is_one_act_through_10_mm_of_noise() {
 }
 
 #[test]
-fn a_pause_on_the_way_is_no_end() {
+fn a_pause_in_a_movement_does_not_end_the_action() {
     // The actor pauses half way for a second and holds the object.
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
@@ -191,7 +191,7 @@ fn a_hand_over_is_an_act_of_the_giver_then_the_taker() {
 }
 
 #[test]
-fn a_hand_that_is_seen_for_a_moment_takes_nothing() {
+fn a_momentary_hand_does_not_take_an_object() {
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         250..265 => (0.2, 2),

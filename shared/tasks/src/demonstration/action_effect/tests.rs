@@ -29,7 +29,7 @@ fn peg(object: Object, inserted: bool) -> Object {
 fn done(before: &[Object], after: &[Object]) -> BTreeMap<u64, BTreeSet<ActionEffect>> {
     let snapshot = |objects: &[Object]| Snapshot { objects: objects.to_vec(), ..Snapshot::default() };
     let (before, after) = (snapshot(before), snapshot(after));
-    let course = ActContext { at_start: &before, before: &before, after: &after };
+    let course = ActionContext { at_start: &before, before: &before, after: &after };
     let action_effects = action_effects(1, &course, &changes(&before, &after, MOVED_M), MOVED_M);
     for (id, action_effects) in &action_effects {
         assert!(
@@ -48,7 +48,7 @@ fn of_1(before: &[Object], after: &[Object]) -> Vec<ActionEffect> {
 }
 
 #[test]
-fn what_rests_on_another_thing_was_placed_on_it() {
+fn an_object_that_rests_on_another_was_placed_on_it() {
     let (on_table, below) = (block(1, [0.0, 0.5, 0.03]), block(2, [0.3, 0.5, 0.03]));
     let on_it = block(1, [0.31, 0.5, 0.09]);
     let placed = [ActionEffect::PlacedOn { support: 2 }];
@@ -66,7 +66,7 @@ fn what_rests_on_another_thing_was_placed_on_it() {
 }
 
 #[test]
-fn what_was_there_before_was_not_placed_there() {
+fn an_object_with_an_unchanged_support_was_not_placed() {
     let tower = |x: f64| [block(1, [x, 0.5, 0.09]), block(2, [x, 0.5, 0.03])];
     assert!(done(&tower(0.0), &tower(0.2)).is_empty(), "the tower was pushed");
     let other = block(3, [0.2, 0.5, 0.03]);
@@ -100,7 +100,7 @@ fn a_support_is_found_through_noise() {
 }
 
 #[test]
-fn of_a_stack_of_thin_things_the_uppermost_holds_up() {
+fn the_uppermost_of_stacked_thin_objects_is_the_support() {
     let thin = |id, place_m| Object { half_extents_m: Some([0.03, 0.03, 0.006]), ..block(id, place_m) };
     let stack = [thin(2, [0.3, 0.5, 0.006]), thin(3, [0.3, 0.5, 0.018])];
     let table = |top: Object| [[top].as_slice(), stack.as_slice()].concat();
@@ -140,14 +140,14 @@ fn change_of_owner_is_a_hand_over() {
 }
 
 #[test]
-fn territory_that_appears_in_a_demonstration_receives_nothing() {
+fn a_territory_that_appears_during_a_demonstration_receives_no_object() {
     let mine = owned(block(1, [0.0, 1.0, 0.03]), 1);
     let tower = owned(block(2, [0.0, 0.75, 0.03]), 0);
     let at_start = Snapshot { objects: vec![block(1, [0.0, 1.0, 0.03])], ..Snapshot::default() };
     let before = Snapshot { objects: vec![mine, tower.clone()], ..Snapshot::default() };
     let put = owned(block(1, [0.07, 0.75, 0.03]), 0);
     let after = Snapshot { objects: vec![put, tower], ..Snapshot::default() };
-    let course = ActContext { at_start: &at_start, before: &before, after: &after };
+    let course = ActionContext { at_start: &at_start, before: &before, after: &after };
     assert!(action_effects(1, &course, &changes(&before, &after, MOVED_M), MOVED_M).is_empty());
 }
 
@@ -170,7 +170,7 @@ fn a_thing_can_be_handed_over_on_something() {
 }
 
 #[test]
-fn a_deed_that_was_undone_is_no_longer_achieved() {
+fn an_undone_action_effect_is_no_longer_achieved() {
     let below = block(2, [0.3, 0.5, 0.03]);
     let on_table = Snapshot { objects: vec![block(1, [0.0, 0.5, 0.03]), below], ..Snapshot::default() };
     assert!(!ActionEffect::PlacedOn { support: 2 }.is_achieved(1, &on_table));

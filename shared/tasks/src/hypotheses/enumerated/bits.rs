@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_behave_across_words() {
+    fn bit_sets_work_across_word_boundaries() {
         let (few, many) = (bits(&[3, 70]), bits(&[3, 5, 70, 200]));
         assert_eq!((many.len(), numbers(&many.row(4))), (4, vec![3, 5, 70, 200]));
         assert_eq!(numbers(&few.row(9)), [3, 70]);

@@ -209,16 +209,16 @@ fn terms(literals: &[Literal]) -> Vec<Term> {
 /// The largest cost for which the number of descriptions stays within [`MAX_DESCRIPTIONS`].
 fn longest(terms: &[Term]) -> usize {
     // Upper bound on the number of descriptions of each cost; implications among terms only reduce it.
-    let mut ways: [u128; MAX_COST + 1] = [1, 0, 0, 0, 0];
+    let mut counts: [u128; MAX_COST + 1] = [1, 0, 0, 0, 0];
     for term in terms.iter().filter(|term| term.cost > 0) {
-        let before = ways;
-        for (way, less) in ways.iter_mut().skip(term.cost).zip(before) {
-            *way = way.saturating_add(less);
+        let before = counts;
+        for (count, less) in counts.iter_mut().skip(term.cost).zip(before) {
+            *count = count.saturating_add(less);
         }
     }
     let mut sum = 0_u128;
-    let fit = ways.iter().take_while(|&&way| {
-        sum = sum.saturating_add(way);
+    let fit = counts.iter().take_while(|&&count| {
+        sum = sum.saturating_add(count);
         sum <= MAX_DESCRIPTIONS
     });
     fit.count().saturating_sub(1).max(1)

@@ -119,7 +119,7 @@ impl ObjectBitSets {
         extent: &Extent,
         label_errors: Option<(f64, f64)>,
     ) -> (bool, f64) {
-        if let Selection::Standing(relation) = selection {
+        if let Selection::Relation(relation) = selection {
             let standing = self.standing(relation, members, extent);
             let wrong = self.label_errors(&standing);
             let log = label_errors.map_or(0.0, |(log_error, log_correct)| {
@@ -157,7 +157,7 @@ impl ObjectBitSets {
     ) {
         let standing;
         let kept = match selection {
-            Selection::Standing(relation) => {
+            Selection::Relation(relation) => {
                 standing = self.standing(relation, members, &self.extent(members));
                 &standing
             }
@@ -173,7 +173,7 @@ impl ObjectBitSets {
                 };
                 float_of_count(wanted) / float_of_count(all.max(1))
             }
-            Selection::All | Selection::Standing(_) => 1.0,
+            Selection::All | Selection::Relation(_) => 1.0,
         };
         for (index, _) in self.each(kept) {
             if let Some(sum) = about.get_mut(index) {
@@ -197,12 +197,15 @@ fn log_random_choice(
 ) -> f64 {
     let all = changed + left_out;
     let mut sum = LogSum::default();
-    for meant in need.saturating_sub(left_out)..=need.min(changed) {
+    for selected in need.saturating_sub(left_out)..=need.min(changed) {
         // Chosen but not changed, plus changed but not chosen.
-        let label_errors = need - meant + changed - meant + strays;
-        let ways = log_choose(changed, meant) + log_choose(left_out, need - meant) - log_choose(all, need);
+        let label_errors = need - selected + changed - selected + strays;
+        let log_choices =
+            log_choose(changed, selected) + log_choose(left_out, need - selected) - log_choose(all, need);
         let right_ones = float_of_count(all + strays + others - label_errors);
-        sum.add(float_of_count(label_errors).mul_add(log_error, right_ones.mul_add(log_correct, ways)));
+        sum.add(
+            float_of_count(label_errors).mul_add(log_error, right_ones.mul_add(log_correct, log_choices)),
+        );
     }
     sum.value()
 }

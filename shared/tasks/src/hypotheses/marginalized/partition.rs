@@ -252,7 +252,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_template_divides_as_its_features_do(kinds in prop::collection::vec(
+        fn a_template_partitions_examples_by_its_features(kinds in prop::collection::vec(
             (prop::collection::vec(0..3_u32, 4), -2..3_i64, any::<bool>()), 1..30,
         )) {
             let members: Vec<Member> = kinds
@@ -287,7 +287,7 @@ mod tests {
         }
 
         #[test]
-        fn below_a_template_that_ends_it_none_is_visited(end in 0..16_u16) {
+        fn no_extension_of_a_pruned_template_is_visited(end in 0..16_u16) {
             let member = Member { key: with_field(0, 0, 1), count: EvidenceCount::default(), is_seen: true };
             let mut visited = Vec::new();
             each_template(&[member], 4, Tally::default(), |mask, _, _| {

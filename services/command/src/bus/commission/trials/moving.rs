@@ -5,20 +5,20 @@ use std::time::Duration;
 use servo::table::{BUS_WATCHDOG, GOAL_POSITION, POSITION_TRAJECTORY, PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{position_count, position_rad};
 
-use crate::bus::commission::bench::Bench;
+use crate::bus::commission::bus_under_test::BusUnderTest;
 use crate::bus::commission::outcome::Measured;
-use crate::bus::commission::person::Reply;
+use crate::bus::commission::prompt::{Reply, instruct};
 use crate::bus::motion::{MotionEnd, Servo, TRIPPED, angle};
 use crate::failure::CommandError;
 
-/// Distances of the motions, in radians: 2 and 10 degrees, and 4 for the watchdog.
-const SMALL_RAD: f64 = 0.0349;
-const LARGE_RAD: f64 = 0.1745;
-const WATCHED_RAD: f64 = 0.0698;
+/// Distances of the motions, as `TRIALS` tells them.
+const SMALL_RAD: f64 = 2.0_f64.to_radians();
+const LARGE_RAD: f64 = 10.0_f64.to_radians();
+const WATCHED_RAD: f64 = 4.0_f64.to_radians();
 /// Maximum distance from the goal of a servo that has arrived.
-const ARRIVES_RAD: f64 = 0.0209;
+const ARRIVES_RAD: f64 = 1.2_f64.to_radians();
 /// Minimum lag behind the trajectory of a blocked servo.
-const HELD_RAD: f64 = 0.0524;
+const HELD_RAD: f64 = 3.0_f64.to_radians();
 /// Profile velocity of the watchdog trial: 0.05 rad/s, so that a motion of 4 degrees still ends.
 const SLOWEST: i64 = 2;
 /// A bus watchdog of 100 ms.
@@ -48,12 +48,12 @@ impl Seen {
     }
 }
 
-pub(super) fn motion(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    bench.each(|bench, joint, measured| {
-        let start_rad = bench.hold(joint)?;
-        let goal_rad = Bench::aside(joint, start_rad, SMALL_RAD)?;
-        let stop = bench.stop;
-        let mut servo = bench.servo(joint)?;
+pub(super) fn motion(bus: &mut BusUnderTest<'_>) -> Result<Measured, CommandError> {
+    bus.each(|bus, joint, measured| {
+        let start_rad = bus.hold(joint)?;
+        let goal_rad = BusUnderTest::aside(joint, start_rad, SMALL_RAD)?;
+        let stop = bus.stop;
+        let mut servo = bus.servo(joint)?;
         let mut seen = Seen::default();
         let mut look =
             |servo: &mut Servo<'_>, reading: &servo::Reading| seen.look(servo, reading).map(|()| true);
@@ -90,11 +90,11 @@ fn ended(ended: MotionEnd) -> &'static str {
     }
 }
 
-pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    bench.each(|bench, joint, measured| {
-        let start_rad = bench.hold(joint)?;
-        let goal_rad = Bench::aside(joint, start_rad, WATCHED_RAD)?;
-        let mut servo = bench.servo(joint)?;
+pub(super) fn watchdog(bus: &mut BusUnderTest<'_>) -> Result<Measured, CommandError> {
+    bus.each(|bus, joint, measured| {
+        let start_rad = bus.hold(joint)?;
+        let goal_rad = BusUnderTest::aside(joint, start_rad, WATCHED_RAD)?;
+        let mut servo = bus.servo(joint)?;
         servo.put(PROFILE_VELOCITY, SLOWEST)?;
         servo.put(BUS_WATCHDOG, UNITS)?;
         servo.put(GOAL_POSITION, i64::from(position_count(goal_rad)))?;
@@ -119,18 +119,18 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<Measured, CommandError> 
     })
 }
 
-pub(super) fn blocked(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
+pub(super) fn blocked(bus: &mut BusUnderTest<'_>) -> Result<Measured, CommandError> {
     let mut skipped = false;
-    let mut measured = bench.each(|bench, joint, measured| {
+    let mut measured = bus.each(|bus, joint, measured| {
         let what = format!("Hold {} firmly by hand; it will push slowly, and stops by itself", joint.name);
-        if skipped || bench.person.ask(&what)? == Reply::Skip {
+        if skipped || instruct(&what, bus.stop)? == Reply::Skip {
             skipped = true;
             return Ok(());
         }
-        let start_rad = bench.hold(joint)?;
-        let goal_rad = Bench::aside(joint, start_rad, LARGE_RAD)?;
-        let stop = bench.stop;
-        let mut servo = bench.servo(joint)?;
+        let start_rad = bus.hold(joint)?;
+        let goal_rad = BusUnderTest::aside(joint, start_rad, LARGE_RAD)?;
+        let stop = bus.stop;
+        let mut servo = bus.servo(joint)?;
         let mut seen = Seen::default();
         let left = servo.go(goal_rad, stop, |servo, reading| {
             seen.look(servo, reading)?;

@@ -9,7 +9,7 @@ use servo::table::{
 };
 use servo::{position_count, velocity_count};
 
-use crate::bus::commission::bench::Bench;
+use crate::bus::commission::bus_under_test::BusUnderTest;
 use crate::bus::commission::outcome::Measured;
 use crate::bus::line::clears;
 use crate::bus::motion::Servo;
@@ -22,22 +22,22 @@ const NO_ID: i64 = 253;
 /// The factory position limits of a servo.
 const WHOLE_TURN: (i64, i64) = (0, 4095);
 
-pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
+pub(super) fn identity(bus: &mut BusUnderTest<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
-    let bus = bench.bus;
-    let line = bench.line()?;
-    let found = line.find(&bus.joints)?;
-    for joint in &bus.joints {
+    let address = bus.address;
+    let line = bus.line()?;
+    let found = line.find(&address.joints)?;
+    for joint in &address.joints {
         match found.iter().find(|servo| servo.id == joint.id) {
             None => measured.wrong(format!("{} (id {}) does not answer", joint.name, joint.id)),
-            Some(servo) if !Bench::is_model(joint, servo.model) => {
+            Some(servo) if !BusUnderTest::is_model(joint, servo.model) => {
                 measured.wrong(format!("{} (id {}) is of model {}", joint.name, joint.id, servo.model));
             }
             Some(_) => {}
         }
     }
     for servo in &found {
-        if bus.joint(servo.id).is_none() {
+        if address.joint(servo.id).is_none() {
             measured.wrong(format!("id {} answers, and is not in motor.toml", servo.id));
         }
         if servo.alert
@@ -49,14 +49,14 @@ pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, CommandError> 
     if line.echoes() {
         measured.note("the line echoes transmitted bytes, which Leo tolerates");
     }
-    measured.note(format!("{} servos answer, of {} in motor.toml", found.len(), bus.joints.len()));
+    measured.note(format!("{} servos answer, of {} in motor.toml", found.len(), address.joints.len()));
     Ok(measured)
 }
 
-pub(super) fn firmware(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
+pub(super) fn firmware(bus: &mut BusUnderTest<'_>) -> Result<Measured, CommandError> {
     let mut versions: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
-    let mut measured = bench.each(|bench, joint, measured| {
-        let servo = bench.line()?.ping(joint.id)?.ok_or_else(|| CommandError::runtime("does not answer"))?;
+    let mut measured = bus.each(|bus, joint, measured| {
+        let servo = bus.line()?.ping(joint.id)?.ok_or_else(|| CommandError::runtime("does not answer"))?;
         let model = joint.model;
         versions.entry(model.name()).or_default().push(servo.firmware);
         if !model.supports_fast_reads(servo.firmware) {
@@ -77,10 +77,10 @@ pub(super) fn firmware(bench: &mut Bench<'_>) -> Result<Measured, CommandError> 
     Ok(measured)
 }
 
-pub(super) fn eeprom(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let others = bench.bus.joints.clone();
-    bench.each(|bench, joint, measured| {
-        let mut servo = bench.servo(joint)?;
+pub(super) fn eeprom(bus: &mut BusUnderTest<'_>) -> Result<Measured, CommandError> {
+    let others = bus.address.joints.clone();
+    bus.each(|bus, joint, measured| {
+        let mut servo = bus.servo(joint)?;
         let before = measured.wrong.len();
         refused(&mut servo, joint, measured)?;
         limits(&mut servo, joint, &others, measured)?;

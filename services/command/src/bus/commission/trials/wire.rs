@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use servo::table::BUS_WATCHDOG;
 
-use crate::bus::commission::bench::Bench;
+use crate::bus::commission::bus_under_test::BusUnderTest;
 use crate::bus::commission::outcome::Measured;
-use crate::bus::commission::person::Reply;
+use crate::bus::commission::prompt::{Reply, instruct};
 use crate::bus::motion::TRIPPED;
 use crate::failure::CommandError;
 
@@ -19,33 +19,38 @@ const UNPLUGGED_WITHIN: Duration = Duration::from_secs(1);
 /// Polling interval.
 const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-pub(super) fn speed(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
+pub(super) fn speed(bus: &mut BusUnderTest<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
-    let bus = bench.bus;
-    bench.close();
-    for baud in OTHERS.into_iter().filter(|baud| *baud != bus.baud).take(2) {
-        let found = bus.at(baud).open()?.scan()?;
+    let address = bus.address;
+    bus.close();
+    for baud in OTHERS.into_iter().filter(|baud| *baud != address.baud).take(2) {
+        let found = address.at(baud).open()?.scan()?;
         measured.check(found.is_empty(), format!("at {baud} baud {} servos answer", found.len()));
     }
-    let answering = bench.joints()?.len();
+    let answering = bus.joints()?.len();
     measured.check(
-        answering == bus.joints.len(),
-        format!("at {} baud {answering} servos answer, of {} in motor.toml", bus.baud, bus.joints.len()),
+        answering == address.joints.len(),
+        format!(
+            "at {} baud {answering} servos answer, of {} in motor.toml",
+            address.baud,
+            address.joints.len()
+        ),
     );
     Ok(measured)
 }
 
-pub(super) fn unplug(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let (joints, mut measured) = bench.hold_all()?;
-    if bench.person.ask("Unplug the adapter from this machine; the servos keep their power")? == Reply::Skip {
+pub(super) fn unplug(bus: &mut BusUnderTest<'_>) -> Result<Measured, CommandError> {
+    let (joints, mut measured) = bus.hold_all()?;
+    if instruct("Unplug the adapter from this machine; the servos keep their power", bus.stop)? == Reply::Skip
+    {
         return Ok(Measured::skipped());
     }
     let first = joints.first().map_or(0, |joint| joint.id);
     let until = clock::now() + UNPLUGGED_WITHIN;
-    let mut answer = bench.line().and_then(|line| line.ping(first));
+    let mut answer = bus.line().and_then(|line| line.ping(first));
     while matches!(answer, Ok(Some(_))) && clock::now() < until {
         clock::sleep_until(clock::now() + POLL_INTERVAL);
-        answer = bench.line().and_then(|line| line.ping(first));
+        answer = bus.line().and_then(|line| line.ping(first));
     }
     match answer {
         Err(lost) => measured.note(lost.text),
@@ -54,19 +59,19 @@ pub(super) fn unplug(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
             measured.wrong(format!("id {first} is silent, and the line is not lost: is that the adapter?"));
         }
     }
-    bench.close();
-    if bench.person.ask("Plug it in again")? == Reply::Skip {
+    bus.close();
+    if instruct("Plug it in again", bus.stop)? == Reply::Skip {
         return Ok(Measured::skipped());
     }
     let until = clock::now() + PLUGS_WITHIN;
-    while let Err(error) = bench.line() {
+    while let Err(error) = bus.line() {
         if clock::now() > until {
             return Err(error);
         }
         clock::sleep_until(clock::now() + POLL_INTERVAL);
     }
     for joint in &joints {
-        let Ok(mut servo) = bench.servo(joint) else {
+        let Ok(mut servo) = bus.servo(joint) else {
             measured.wrong(format!("{} does not answer any more", joint.name));
             continue;
         };

@@ -11,7 +11,7 @@ fn asked(
     host: &str,
     path: &str,
     more: &[(&'static str, String)],
-) -> Result<Access, Refusal> {
+) -> Result<Access, AccessError> {
     let mut headers = HeaderMap::new();
     headers.insert(header::HOST, host.parse().unwrap());
     for (name, value) in more {
@@ -20,7 +20,7 @@ fn asked(
     AccessRequest { method, headers: &headers, uri: &path.parse().unwrap() }.access(policy)
 }
 
-fn got(policy: &AccessPolicy, path: &str, more: &[(&'static str, String)]) -> Result<Access, Refusal> {
+fn got(policy: &AccessPolicy, path: &str, more: &[(&'static str, String)]) -> Result<Access, AccessError> {
     asked(policy, &Method::GET, "127.0.0.1:7780", path, more)
 }
 
@@ -34,15 +34,19 @@ fn the_token_comes_from_the_address_or_the_header_only() {
     let policy = access_policy(ReadWithoutToken::Nothing);
     let token = policy.token.as_str();
     for path in ["/", "/live", "/metrics", "/leo.urdf"] {
-        assert_eq!(got(&policy, path, &[]), Err(Refusal::NoToken), "{path}");
+        assert_eq!(got(&policy, path, &[]), Err(AccessError::NoToken), "{path}");
         assert_eq!(got(&policy, &format!("{path}?token={token}"), &[]), Ok(Access::Command), "{path}");
-        assert_eq!(got(&policy, &format!("{path}?token={token}0"), &[]), Err(Refusal::WrongToken), "{path}");
+        assert_eq!(
+            got(&policy, &format!("{path}?token={token}0"), &[]),
+            Err(AccessError::WrongToken),
+            "{path}"
+        );
         for (name, value, access) in [
             ("authorization", format!("Bearer {token}"), Ok(Access::Command)),
             ("authorization", format!("bearer {token}"), Ok(Access::Command)),
-            ("authorization", format!("Bearer {}", &token[1..]), Err(Refusal::WrongToken)),
-            ("authorization", format!("Basic {token}"), Err(Refusal::NoToken)),
-            ("cookie", format!("leo_7780={token}"), Err(Refusal::NoToken)),
+            ("authorization", format!("Bearer {}", &token[1..]), Err(AccessError::WrongToken)),
+            ("authorization", format!("Basic {token}"), Err(AccessError::NoToken)),
+            ("cookie", format!("leo_7780={token}"), Err(AccessError::NoToken)),
         ] {
             assert_eq!(got(&policy, path, &[(name, value.clone())]), access, "{path} {name}: {value}");
         }
@@ -53,34 +57,34 @@ fn the_token_comes_from_the_address_or_the_header_only() {
 }
 
 #[test]
-fn the_cookie_opens_the_pages_files_and_nothing_else() {
+fn the_cookie_admits_only_to_the_files_of_the_page() {
     let policy = access_policy(ReadWithoutToken::Nothing);
     let value = policy.token.cookie();
     for path in ["/", "/page.js"] {
         for (cookie, access) in [
             (format!("a=b; leo_7780={value}; c=d"), Ok(Access::Read)),
-            (format!("leo_7781={value}"), Err(Refusal::NoToken)),
-            (format!("leo_7780={}", &value[1..]), Err(Refusal::NoToken)),
-            ("leo_7780=".to_owned(), Err(Refusal::NoToken)),
+            (format!("leo_7781={value}"), Err(AccessError::NoToken)),
+            (format!("leo_7780={}", &value[1..]), Err(AccessError::NoToken)),
+            ("leo_7780=".to_owned(), Err(AccessError::NoToken)),
         ] {
             assert_eq!(got(&policy, path, &[("cookie", cookie.clone())]), access, "{path} {cookie}");
         }
     }
     for path in ["/live", "/metrics", "/leo.urdf", "/other"] {
-        assert_eq!(got(&policy, path, &[cookie(&policy)]), Err(Refusal::NoToken), "{path}");
+        assert_eq!(got(&policy, path, &[cookie(&policy)]), Err(AccessError::NoToken), "{path}");
         let as_token = format!("{path}?token={value}");
-        assert_eq!(got(&policy, &as_token, &[cookie(&policy)]), Err(Refusal::WrongToken), "{path}");
+        assert_eq!(got(&policy, &as_token, &[cookie(&policy)]), Err(AccessError::WrongToken), "{path}");
     }
     // A proxy may serve the page under a public name: the stop button works there without the script.
     let stop = |more: &[_]| asked(&policy, &Method::POST, "leo.example", STOP, more);
-    assert_eq!(stop(&[]), Err(Refusal::OtherHost));
+    assert_eq!(stop(&[]), Err(AccessError::OtherHost));
     assert_eq!(stop(&[cookie(&policy)]), Ok(Access::Read));
 }
 
 #[test]
 fn a_page_with_a_wrong_token_is_refused_where_reading_is_open() {
     let policy = access_policy(ReadWithoutToken::Page);
-    assert_eq!(got(&policy, "/?token=0", &[cookie(&policy)]), Err(Refusal::WrongToken));
+    assert_eq!(got(&policy, "/?token=0", &[cookie(&policy)]), Err(AccessError::WrongToken));
     // A page that stored an old token still reads.
     assert_eq!(got(&policy, "/live?token=0", &[cookie(&policy)]), Ok(Access::Read));
 }
@@ -94,7 +98,7 @@ fn only_configured_resources_are_readable_without_the_token() {
     ] {
         let policy = access_policy(open);
         for path in ["/metrics", "/", "/page.js", "/live", "/leo.urdf", "/other"] {
-            let access = if without.contains(&path) { Ok(Access::Read) } else { Err(Refusal::NoToken) };
+            let access = if without.contains(&path) { Ok(Access::Read) } else { Err(AccessError::NoToken) };
             assert_eq!(got(&policy, path, &[]), access, "{open:?} {path}");
         }
     }
@@ -112,15 +116,15 @@ fn only_this_machines_own_pages_may_ask_without_the_token() {
         assert_eq!(live(host, &[origin(&format!("http://{host}"))]), Ok(Access::Read), "{host}");
     }
     for host in ["evil.example:7780", "127.0.0.1.evil.example", ":7780", ""] {
-        assert_eq!(live(host, &[]), Err(Refusal::OtherHost), "{host}");
+        assert_eq!(live(host, &[]), Err(AccessError::OtherHost), "{host}");
     }
     for other in ["http://evil.example", "http://127.0.0.1:80", "null", ""] {
-        assert_eq!(live("127.0.0.1:7780", &[origin(other)]), Err(Refusal::OtherOrigin), "{other}");
+        assert_eq!(live("127.0.0.1:7780", &[origin(other)]), Err(AccessError::OtherOrigin), "{other}");
     }
 }
 
 #[test]
-fn a_page_of_another_origin_commands_nothing_despite_the_cookie() {
+fn commands_from_pages_of_another_origin_are_refused_despite_the_cookie() {
     let policy = access_policy(ReadWithoutToken::Nothing);
     let site = |site: &str| ("sec-fetch-site", site.to_owned());
     let other = ("origin", "http://127.0.0.1:9999".to_owned());
@@ -133,9 +137,9 @@ fn a_page_of_another_origin_commands_nothing_despite_the_cookie() {
         }
         for has in [known.clone(), cookie(&policy)] {
             for from in ["cross-site", "same-site"] {
-                assert_eq!(asked(&[has.clone(), site(from)]), Err(Refusal::OtherOrigin), "{path} {from}");
+                assert_eq!(asked(&[has.clone(), site(from)]), Err(AccessError::OtherOrigin), "{path} {from}");
             }
-            assert_eq!(asked(&[has, other.clone()]), Err(Refusal::OtherOrigin), "{path}");
+            assert_eq!(asked(&[has, other.clone()]), Err(AccessError::OtherOrigin), "{path}");
         }
     }
 }
@@ -147,7 +151,7 @@ fn every_client_may_stop_the_robot_except_pages_of_another_origin() {
     let origin = |origin: &str| ("origin", origin.to_owned());
     assert_eq!(stop("127.0.0.1:7780", &[]), Ok(Access::Read));
     assert_eq!(stop("127.0.0.1:7780", &[origin("http://127.0.0.1:7780")]), Ok(Access::Read));
-    assert_eq!(stop("127.0.0.1:7780", &[origin("http://evil.example")]), Err(Refusal::OtherOrigin));
-    assert_eq!(stop("127.0.0.1:7780", &[origin("null")]), Err(Refusal::OtherOrigin));
-    assert_eq!(stop("evil.example", &[origin("http://evil.example")]), Err(Refusal::OtherHost));
+    assert_eq!(stop("127.0.0.1:7780", &[origin("http://evil.example")]), Err(AccessError::OtherOrigin));
+    assert_eq!(stop("127.0.0.1:7780", &[origin("null")]), Err(AccessError::OtherOrigin));
+    assert_eq!(stop("evil.example", &[origin("http://evil.example")]), Err(AccessError::OtherHost));
 }

@@ -29,14 +29,14 @@ fn each_tls_alert_names_the_own_certificate_and_what_to_do() {
         (AlertDescription::CertificateUnknown, "package/link_keys.sh"),
         (AlertDescription::CertificateRequired, "package/link_keys.sh"),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (alert, what_to_do) in table {
         let ended = ended_by(alert);
         assert!(KeyFiles::is_refusal(&ended), "{alert:?}");
         let told = files().explain("robot.local", &RefusalRecord::default(), &ended);
         assert!(told.starts_with("robot.local ") && told.contains("remote.pem"), "{told}");
         assert!(told.contains(what_to_do), "{alert:?}: {told}");
-        worded += &format!("{alert:?}\n    {told}\n");
+        wording += &format!("{alert:?}\n    {told}\n");
     }
     let other = files().explain(
         "robot.local",
@@ -44,7 +44,7 @@ fn each_tls_alert_names_the_own_certificate_and_what_to_do() {
         &ended_by(AlertDescription::NoApplicationProtocol),
     );
     assert!(other.contains("`robot` in [link]"), "{other}");
-    insta::assert_snapshot!(worded + &other);
+    insta::assert_snapshot!(wording + &other);
 }
 
 #[test]

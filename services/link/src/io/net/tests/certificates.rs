@@ -53,7 +53,7 @@ const ALERT: u64 = 0x100;
 /// The alert for a client without a certificate (RFC 8446, 6).
 const CERTIFICATE_REQUIRED: u64 = 116;
 /// Generous: the machine may be loaded.
-const PATIENCE: Duration = Duration::from_secs(90);
+const MAX_WAIT: Duration = Duration::from_secs(90);
 
 /// Creates keys for two machines as docs/more_than_one_machine.md describes.
 fn keys() -> TempDir {
@@ -174,10 +174,10 @@ pub(super) fn free_port() -> u16 {
     std::net::UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port()
 }
 
-/// Runs a future with a time-out of `PATIENCE`.
+/// Runs a future with a time-out of `MAX_WAIT`.
 pub(super) fn within<T>(what: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
-    runtime.block_on(async { timeout(PATIENCE, what).await }).expect("it ends in time")
+    runtime.block_on(async { timeout(MAX_WAIT, what).await }).expect("it ends in time")
 }
 
 #[test]

@@ -155,7 +155,7 @@ fn ten_minutes_of_every_fault_at_once_for_real() {
 }
 
 #[test]
-fn what_was_sampled_before_it_was_asked_for_is_stale() {
+fn a_sample_older_than_its_request_is_stale() {
     let ms = |ms| Instant::EPOCH + Duration::from_millis(ms);
     assert!(!is_stale(100, ms(0), ms(100)));
     assert!(!is_stale(103, ms(0), ms(100)));

@@ -202,7 +202,7 @@ fn every_fault_in_the_docs_is_tested_by_tests_that_are_here() {
         include_str!("../../../tests/torque.rs"),
         include_str!("../tests.rs"),
         include_str!("end.rs"),
-        include_str!("../../../patience.rs"),
+        include_str!("../../../reply_timeout.rs"),
     ];
     let (faults, tested) = (table("| fault | noticed by"), table("| fault | tests |"));
     let first = |rows: &[Vec<&'static str>]| rows.iter().map(|row| row[0]).collect::<Vec<_>>();

@@ -54,19 +54,26 @@ impl Rig {
     pub(super) fn of(robot: Robot, time: Time, emergency_flag: &EmergencyFlag) -> Self {
         let folder = tempfile::tempdir().unwrap();
         let ptys = MockBuses::open(&robot.motor, folder.path(), time != Time::Wall).unwrap();
-        let (patience, now) = match time {
+        let (reply_timeout, now) = match time {
             Time::Wall => ((PERIOD / 4, 2 * PERIOD), clock::now()),
             Time::Lockstep => ((LONG, LONG), Instant::EPOCH),
         };
         let until = clock::now() + LONG;
         let buses = &robot.motor.buses;
         let threads = match time {
-            Time::Wall => BusThreads::start(buses, folder.path(), patience, until, false, emergency_flag),
+            Time::Wall => {
+                BusThreads::start(buses, folder.path(), reply_timeout, until, false, emergency_flag)
+            }
             Time::Lockstep => {
                 let lines = BusThreads::lines(buses, folder.path(), until, false).unwrap();
                 let progress_port =
                     |(bus, line): (&Bus, Line)| ProgressPort::new(line, ptys.servos(&bus.name).unwrap());
-                BusThreads::over(buses, buses.iter().zip(lines).map(progress_port), patience, emergency_flag)
+                BusThreads::over(
+                    buses,
+                    buses.iter().zip(lines).map(progress_port),
+                    reply_timeout,
+                    emergency_flag,
+                )
             }
         };
         Self {

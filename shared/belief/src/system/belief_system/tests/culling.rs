@@ -89,7 +89,7 @@ fn a_source_with_late_frames_does_not_lose_its_beliefs() {
 }
 
 #[test]
-fn a_dead_source_misses_nothing_after_an_empty_place() {
+fn a_dead_source_causes_no_misses_after_an_empty_place() {
     let mut robot = patient();
     robot.see(ms(5), &[], true);
     for at in (10..5000).step_by(5) {
@@ -118,7 +118,7 @@ fn only_sources_that_saw_an_object_can_miss_it() {
 }
 
 #[test]
-fn without_culling_functions_nothing_is_culled() {
+fn without_culling_functions_no_belief_is_culled() {
     let mut percepts = Percepts::builtin();
     percepts.belief.cull.clear();
     let mut robot = Robot::new(&percepts);

@@ -121,7 +121,7 @@ fn an_obstacle_holds_the_shaft_at_the_current_limit() {
 }
 
 #[test]
-fn an_obstacle_that_stays_overloads_it_and_one_without_torque_does_not() {
+fn a_lasting_obstacle_overloads_a_servo_only_with_torque() {
     let mut servo = moving();
     servo.block(true);
     servo.advance(at(3000));
@@ -133,7 +133,7 @@ fn an_obstacle_that_stays_overloads_it_and_one_without_torque_does_not() {
 }
 
 #[test]
-fn a_goal_or_a_profile_that_changes_on_the_way_stops_nothing() {
+fn a_goal_or_profile_changed_in_motion_does_not_stop_it() {
     for change in [GOAL_POSITION, PROFILE_VELOCITY] {
         let mut servo = moving();
         servo.advance(at(300));

@@ -38,7 +38,7 @@ pub(crate) struct DemonstratedObject {
 
 /// A candidate goal belief: the changes of one signature over all demonstrations, and the hypotheses about them.
 #[derive(Clone, Debug)]
-pub(crate) struct Goal {
+pub(crate) struct GoalBelief {
     pub(crate) signature: Signature,
     /// Whether every object with this change was displaced as well.
     pub(crate) is_displaced: bool,
@@ -57,7 +57,7 @@ enum Engine {
     Extended(Box<Extended>, EnumeratedDnf),
 }
 
-impl Goal {
+impl GoalBelief {
     pub(crate) fn new(signature: &Signature, lexicon: &Lexicon, settings: &Settings) -> Self {
         let seen = SeenKinds::new(lexicon.features());
         let engine = match (settings.language, settings.noise.logs()) {

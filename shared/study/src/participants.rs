@@ -3,11 +3,18 @@
 use quantity::number::float;
 use serde::Serialize;
 
+/// One value for each condition of the study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ByCondition<T> {
+    /// The participants sat opposite a teacher.
+    pub social: T,
+    /// The participants saw pictures.
+    pub nonsocial: T,
+}
+
 /// A row of Table 1: the number of participants for each rule in one task and condition.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Rules {
-    /// Whether the participant sat opposite a teacher (the social condition) or saw pictures.
-    pub social: bool,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ParticipantCounts {
     /// Participants with the perspective-taking rule.
     pub perspective_taking: u32,
     /// Participants with the rule without perspective taking.
@@ -17,43 +24,55 @@ pub struct Rules {
 }
 
 /// The participants' results for one task of the study.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Task {
     /// The task, 1 to 4.
     pub number: u32,
     /// Its rows of Table 1.
-    pub rules: [Rules; 2],
-    /// Its rows of Table 3, social and nonsocial: the chosen rules, the most popular one in capitals.
-    pub chosen: [&'static [&'static str]; 2],
+    pub counts: ByCondition<ParticipantCounts>,
+    /// Its rows of Table 3: the chosen rules, the most popular one first.
+    pub chosen: ByCondition<&'static [&'static str]>,
 }
 
-const fn row(social: bool, counts: (u32, u32, Option<u32>)) -> Rules {
-    let (perspective_taking, not_perspective_taking, other) = counts;
-    Rules { social, perspective_taking, not_perspective_taking, other }
+const fn counts(
+    perspective_taking: u32,
+    not_perspective_taking: u32,
+    other: Option<u32>,
+) -> ParticipantCounts {
+    ParticipantCounts { perspective_taking, not_perspective_taking, other }
 }
 
-const FIGURES: [&[&str]; 2] = [&["ROTATE FIGURE", "mirror figure"], &["MIRROR FIGURE"]];
+const FIGURES: ByCondition<&[&str]> =
+    ByCondition { social: &["rotate figure", "mirror figure"], nonsocial: &["mirror figure"] };
 
 /// Tables 1 and 3.
 pub const TASKS: [Task; 4] = [
     Task {
         number: 1,
-        rules: [row(true, (6, 1, Some(13))), row(false, (1, 12, Some(8)))],
-        chosen: [
-            &["ALL", "number", "spatial arrangement"],
-            &["ALL BUT BLUE", "spatial arrangement", "all but one"],
-        ],
+        counts: ByCondition { social: counts(6, 1, Some(13)), nonsocial: counts(1, 12, Some(8)) },
+        chosen: ByCondition {
+            social: &["all", "number", "spatial arrangement"],
+            nonsocial: &["all but blue", "spatial arrangement", "all but one"],
+        },
     },
     Task {
         number: 2,
-        rules: [row(true, (16, 0, Some(4))), row(false, (7, 12, Some(2)))],
-        chosen: [
-            &["ALL RED AND GREEN", "shape preference", "spatial arrangement"],
-            &["SHAPE PREFERENCE", "all red and green"],
-        ],
+        counts: ByCondition { social: counts(16, 0, Some(4)), nonsocial: counts(7, 12, Some(2)) },
+        chosen: ByCondition {
+            social: &["all red and green", "shape preference", "spatial arrangement"],
+            nonsocial: &["shape preference", "all red and green"],
+        },
     },
-    Task { number: 3, rules: [row(true, (12, 8, None)), row(false, (0, 21, None))], chosen: FIGURES },
-    Task { number: 4, rules: [row(true, (14, 6, None)), row(false, (0, 21, None))], chosen: FIGURES },
+    Task {
+        number: 3,
+        counts: ByCondition { social: counts(12, 8, None), nonsocial: counts(0, 21, None) },
+        chosen: FIGURES,
+    },
+    Task {
+        number: 4,
+        counts: ByCondition { social: counts(14, 6, None), nonsocial: counts(0, 21, None) },
+        chosen: FIGURES,
+    },
 ];
 
 /// Pearson's chi-square test of independence between the condition and the rule.
@@ -68,20 +87,13 @@ pub struct ChiSquare {
 }
 
 impl Task {
-    /// The test on the rows of the task; empty columns are left out.
-    ///
-    /// ```
-    /// let task_1 = study::people::TASKS[0].chi_square().unwrap();
-    /// assert_eq!(task_1.degrees, 2);
-    /// assert!((task_1.statistic - 14.05).abs() < 0.005 && (task_1.p - 8.9e-4).abs() < 5e-6);
-    /// ```
+    /// The test on the rows of the task; empty columns are left out. `None` unless two or three columns remain.
     #[must_use]
     pub fn chi_square(&self) -> Option<ChiSquare> {
-        let counts = self.rules.map(|row| {
+        let [social, nonsocial] = [self.counts.social, self.counts.nonsocial].map(|row| {
             [row.perspective_taking, row.not_perspective_taking, row.other.unwrap_or(0)]
                 .map(|count| float(u64::from(count)))
         });
-        let [social, nonsocial] = counts;
         let columns: Vec<[f64; 2]> =
             social.into_iter().zip(nonsocial).map(|(a, b)| [a, b]).filter(|[a, b]| a + b > 0.0).collect();
         let rows = [0, 1].map(|row| columns.iter().filter_map(|column| column.get(row)).sum::<f64>());
@@ -108,9 +120,10 @@ mod tests {
     #[test]
     fn all_participants_are_counted() {
         for task in TASKS {
-            let of =
-                |row: Rules| row.perspective_taking + row.not_perspective_taking + row.other.unwrap_or(0);
-            assert_eq!(task.rules.map(of), [20, 21]);
+            let rows = [task.counts.social, task.counts.nonsocial];
+            let all =
+                rows.map(|row| row.perspective_taking + row.not_perspective_taking + row.other.unwrap_or(0));
+            assert_eq!(all, [20, 21]);
         }
     }
 

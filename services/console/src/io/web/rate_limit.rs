@@ -48,9 +48,9 @@ mod tests {
 
     #[test]
     fn the_rate_limit_resets_every_second() {
-        let mut pace = RateLimit::default();
+        let mut rate_limit = RateLimit::default();
         let mut second = |from_s: u64, count: u32| -> Vec<Verdict> {
-            (0..count).map(|_| pace.hear(Instant::EPOCH + Duration::from_secs(from_s))).collect()
+            (0..count).map(|_| rate_limit.hear(Instant::EPOCH + Duration::from_secs(from_s))).collect()
         };
         let first = second(5, FLOOD + 1);
         assert!(first[..60].iter().all(|taken| *taken == Verdict::Accepted));

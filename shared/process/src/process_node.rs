@@ -11,8 +11,8 @@ use transport::{
     TopicPorts,
 };
 
-use crate::pace::{IDLE, Lockstep, LoopTiming, Wait};
-use crate::{Failure, Launch, stop_flag};
+use crate::loop_timing::{IDLE, Lockstep, LoopTiming, Wait};
+use crate::{Launch, ProcessError, stop_flag};
 
 /// Interval at which health is published; short enough for a heartbeat, long enough to cost nothing.
 const HEALTH_EVERY: Duration = Duration::from_millis(20);
@@ -35,7 +35,7 @@ pub struct ProcessNode {
     process: Process,
     domain: Domain,
     node: Node,
-    pace: LoopTiming,
+    loop_timing: LoopTiming,
     stop: Arc<AtomicBool>,
     board: HealthWriter,
     health: Health,
@@ -66,7 +66,7 @@ impl ProcessNode {
         process: Process,
         buffers: &Buffers,
         rights: &Rights,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, ProcessError> {
         // First of all, because the parent's death may send a signal.
         let stop = stop_flag()?;
         if let Some(parent) = launch.parent {
@@ -93,7 +93,7 @@ impl ProcessNode {
         health.missing_rights = missing_rights;
         health.set_state(ProcessState::Starting);
         board.write(&health);
-        let pace = if launch.lockstep {
+        let loop_timing = if launch.lockstep {
             LoopTiming::Lockstep(Box::new(Lockstep::open(&node, process)?))
         } else {
             LoopTiming::Wall { schedule: None }
@@ -102,7 +102,7 @@ impl ProcessNode {
             process,
             domain,
             node,
-            pace,
+            loop_timing,
             stop,
             board,
             health,
@@ -128,7 +128,7 @@ impl ProcessNode {
         &self,
         number: Option<u32>,
         capacity: usize,
-    ) -> Result<FramePublisher<T>, Failure> {
+    ) -> Result<FramePublisher<T>, ProcessError> {
         Ok(self.node.publisher(number, capacity)?)
     }
 
@@ -138,7 +138,7 @@ impl ProcessNode {
     /// # Errors
     ///
     /// As [`Node::subscriber`].
-    pub fn subscriber<T: TopicPorts>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, Failure> {
+    pub fn subscriber<T: TopicPorts>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, ProcessError> {
         Ok(self.node.subscriber(number)?)
     }
 
@@ -152,7 +152,7 @@ impl ProcessNode {
         &self,
         number: Option<u32>,
         owner: Option<Process>,
-    ) -> Result<FrameSubscriber<T>, Failure> {
+    ) -> Result<FrameSubscriber<T>, ProcessError> {
         Ok(self.node.subscriber_from(number, owner)?)
     }
 
@@ -165,8 +165,8 @@ impl ProcessNode {
     pub fn waking_subscriber<T: TopicPorts>(
         &self,
         number: Option<u32>,
-    ) -> Result<FrameSubscriber<T>, Failure> {
-        match self.pace {
+    ) -> Result<FrameSubscriber<T>, ProcessError> {
+        match self.loop_timing {
             LoopTiming::Wall { .. } => Ok(self.node.waking_subscriber(number)?),
             LoopTiming::Lockstep(_) => Ok(self.node.subscriber(number)?),
         }
@@ -177,14 +177,14 @@ impl ProcessNode {
     /// # Errors
     ///
     /// As [`BoardWriter::create`].
-    pub fn board<T: Board>(&self) -> Result<BoardWriter<T>, Failure> {
+    pub fn board<T: Board>(&self) -> Result<BoardWriter<T>, ProcessError> {
         Ok(BoardWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
     /// The current instant, of the clock or of simulated time.
     #[must_use]
     pub fn now(&self) -> Instant {
-        match &self.pace {
+        match &self.loop_timing {
             LoopTiming::Wall { .. } => clock::now(),
             LoopTiming::Lockstep(lockstep) => lockstep.now(),
         }
@@ -193,7 +193,7 @@ impl ProcessNode {
     /// Whether time is simulated.
     #[must_use]
     pub fn is_lockstep(&self) -> bool {
-        matches!(self.pace, LoopTiming::Lockstep(_))
+        matches!(self.loop_timing, LoopTiming::Lockstep(_))
     }
 
     /// The health counters, for the process's own counts.
@@ -206,7 +206,7 @@ impl ProcessNode {
     /// # Errors
     ///
     /// Shared memory is full.
-    pub fn reserve_memory(&self) -> Result<(), Failure> {
+    pub fn reserve_memory(&self) -> Result<(), ProcessError> {
         // In lockstep the queues are long, and a lesson may end by an error.
         if !self.is_lockstep() {
             self.domain.reserve_mapped_files()?;
@@ -219,10 +219,10 @@ impl ProcessNode {
     /// # Errors
     ///
     /// The period is zero, or shared memory is full.
-    pub fn begin(&mut self, period: Option<Duration>) -> Result<(), Failure> {
+    pub fn begin(&mut self, period: Option<Duration>) -> Result<(), ProcessError> {
         // It may take longer than a period, so the first release comes after it.
         self.reserve_memory()?;
-        if let LoopTiming::Wall { schedule } = &mut self.pace {
+        if let LoopTiming::Wall { schedule } = &mut self.loop_timing {
             *schedule = match period {
                 Some(period) => Some(Schedule::new(period, clock::now() + period)?),
                 None => None,
@@ -245,7 +245,7 @@ impl ProcessNode {
     /// # Errors
     ///
     /// The middleware failed.
-    pub fn next_cycle(&mut self) -> Result<Option<Instant>, Failure> {
+    pub fn next_cycle(&mut self) -> Result<Option<Instant>, ProcessError> {
         let release = self.await_turn(|schedule| {
             Ok(schedule.map_or(Wait::Stop, |schedule| {
                 clock::sleep_until(schedule.release());
@@ -267,7 +267,7 @@ impl ProcessNode {
     pub fn next_call<T: TopicPorts>(
         &mut self,
         subscriber: &mut FrameSubscriber<T>,
-    ) -> Result<Option<Instant>, Failure> {
+    ) -> Result<Option<Instant>, ProcessError> {
         let called = self.await_turn(|_| {
             subscriber.wait(IDLE)?;
             Ok(Wait::Go(clock::now()))
@@ -278,13 +278,13 @@ impl ProcessNode {
     /// Waits for the next turn of the conductor, or as `wall` does; `None` if the process has to stop.
     fn await_turn(
         &mut self,
-        mut wall: impl FnMut(Option<&Schedule>) -> Result<Wait, Failure>,
-    ) -> Result<Option<Instant>, Failure> {
+        mut wall: impl FnMut(Option<&Schedule>) -> Result<Wait, ProcessError>,
+    ) -> Result<Option<Instant>, ProcessError> {
         loop {
             if self.stop.load(Ordering::Relaxed) {
                 return Ok(self.stopped());
             }
-            let wait = match &mut self.pace {
+            let wait = match &mut self.loop_timing {
                 LoopTiming::Lockstep(lockstep) => lockstep.wait()?,
                 LoopTiming::Wall { schedule } => wall(schedule.as_ref())?,
             };
@@ -327,7 +327,7 @@ impl ProcessNode {
     /// # Errors
     ///
     /// The middleware failed.
-    pub fn end_call(&mut self, progress: Progress) -> Result<(), Failure> {
+    pub fn end_call(&mut self, progress: Progress) -> Result<(), ProcessError> {
         self.beat();
         self.complete_turn(progress)
     }
@@ -337,10 +337,10 @@ impl ProcessNode {
     /// # Errors
     ///
     /// The middleware failed.
-    pub fn end_cycle(&mut self, progress: Progress) -> Result<(), Failure> {
+    pub fn end_cycle(&mut self, progress: Progress) -> Result<(), ProcessError> {
         let now = self.now();
         if let Some(account) = self.account.take() {
-            match &mut self.pace {
+            match &mut self.loop_timing {
                 LoopTiming::Wall { schedule: Some(schedule) } => {
                     account.close(&mut self.health, schedule.finish(now), now);
                 }
@@ -353,8 +353,8 @@ impl ProcessNode {
         self.complete_turn(progress)
     }
 
-    fn complete_turn(&mut self, progress: Progress) -> Result<(), Failure> {
-        match &mut self.pace {
+    fn complete_turn(&mut self, progress: Progress) -> Result<(), ProcessError> {
+        match &mut self.loop_timing {
             LoopTiming::Lockstep(lockstep) => lockstep.done(progress == Progress::Finished),
             LoopTiming::Wall { .. } => Ok(()),
         }
@@ -421,13 +421,13 @@ fn follow_roster(
     process: Process,
     is_supervised: bool,
     stop: &AtomicBool,
-) -> Result<(), Failure> {
+) -> Result<(), ProcessError> {
     let followed = node.follow_roster();
     if is_supervised {
         followed?;
         while !node.is_on_roster(process) {
             if stop.load(Ordering::Relaxed) {
-                return Err(Failure::own("stopped before the supervisor's roster named this process"));
+                return Err(ProcessError::own("stopped before the supervisor's roster named this process"));
             }
             clock::sleep_until(clock::now() + NAMED_EVERY);
         }

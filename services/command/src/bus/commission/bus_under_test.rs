@@ -5,7 +5,6 @@ use std::sync::atomic::AtomicBool;
 use config::motor::Joint;
 
 use super::outcome::Measured;
-use super::person::Person;
 use crate::bus::line::Line;
 use crate::bus::motion::{Servo, angle};
 use crate::bus::selection::BusAddress;
@@ -13,31 +12,35 @@ use crate::bus::torque::read_torque_states;
 use crate::failure::CommandError;
 
 /// A bus with its servos.
-pub(super) struct Bench<'a> {
-    pub(super) bus: &'a BusAddress<'a>,
+pub(super) struct BusUnderTest<'a> {
+    pub(super) address: &'a BusAddress<'a>,
     pub(super) motor: &'a config::leo::Motor,
     pub(super) stop: &'a AtomicBool,
-    pub(super) person: Person,
     line: Option<Line>,
 }
 
-impl<'a> Bench<'a> {
-    pub(super) fn new(bus: &'a BusAddress<'a>, motor: &'a config::leo::Motor, stop: &'a AtomicBool) -> Self {
-        Self { bus, motor, stop, person: Person, line: None }
+impl<'a> BusUnderTest<'a> {
+    pub(super) fn new(
+        address: &'a BusAddress<'a>,
+        motor: &'a config::leo::Motor,
+        stop: &'a AtomicBool,
+    ) -> Self {
+        Self { address, motor, stop, line: None }
     }
 
-    /// Switches all torque off, and returns the result as text.
+    /// Switches all torque off, reads it back, and returns the result as text.
     pub(super) fn end(&mut self) -> String {
-        let bus = self.bus;
-        let off = self.line().and_then(|line| line.torque_off().and_then(|()| read_torque_states(line, bus)));
+        let address = self.address;
+        let off =
+            self.line().and_then(|line| line.torque_off().and_then(|()| read_torque_states(line, address)));
         match off {
-            Ok(torque) if torque.doubtful.is_empty() => {
+            Ok(torque) if torque.unconfirmed.is_empty() => {
                 format!("torque is off, as {} servos say", torque.off)
             }
             Ok(torque) => {
                 format!(
                     "torque may still be on of {}: cut the power if anything moves",
-                    torque.doubtful.join(", ")
+                    torque.unconfirmed.join(", ")
                 )
             }
             Err(error) => format!("torque may still be on ({}): cut the power if anything moves", error.text),
@@ -48,7 +51,7 @@ impl<'a> Bench<'a> {
     pub(super) fn line(&mut self) -> Result<&mut Line, CommandError> {
         let line = match self.line.take() {
             Some(line) => line,
-            None => self.bus.open()?,
+            None => self.address.open()?,
         };
         Ok(self.line.insert(line))
     }
@@ -60,10 +63,10 @@ impl<'a> Bench<'a> {
 
     /// The joints whose servos reply; an error if there are none.
     pub(super) fn joints(&mut self) -> Result<Vec<&'a Joint>, CommandError> {
-        let bus = self.bus;
+        let address = self.address;
         let line = self.line()?;
         let mut answering = Vec::new();
-        for joint in &bus.joints {
+        for joint in &address.joints {
             if line.ping(joint.id)?.is_some() {
                 answering.push(*joint);
             }

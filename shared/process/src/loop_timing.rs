@@ -5,7 +5,7 @@ use cycle::Schedule;
 use message::{Done, Head as _, Header, TurnKind, Turns, TurnsDone};
 use transport::{FramePublisher, FrameSubscriber, Node};
 
-use crate::Failure;
+use crate::ProcessError;
 
 /// Longest wait before a process checks its stop flag and sends a heartbeat.
 pub(crate) const IDLE: Duration = Duration::from_millis(50);
@@ -39,7 +39,7 @@ pub(crate) enum Wait {
 }
 
 impl Lockstep {
-    pub(crate) fn open(node: &Node, process: message::Process) -> Result<Self, Failure> {
+    pub(crate) fn open(node: &Node, process: message::Process) -> Result<Self, ProcessError> {
         let number = Some(u32::from(process.raw()));
         Ok(Self {
             turns: node.waking_subscriber(number)?,
@@ -53,7 +53,7 @@ impl Lockstep {
         self.now
     }
 
-    pub(crate) fn wait(&mut self) -> Result<Wait, Failure> {
+    pub(crate) fn wait(&mut self) -> Result<Wait, ProcessError> {
         self.turns.wait(IDLE)?;
         let Some(frame) = self.turns.receive()? else { return Ok(Wait::Idle) };
         let Some(turn) = frame.entries().first() else { return Ok(Wait::Idle) };
@@ -65,7 +65,7 @@ impl Lockstep {
         })
     }
 
-    pub(crate) fn done(&mut self, finished: bool) -> Result<(), Failure> {
+    pub(crate) fn done(&mut self, finished: bool) -> Result<(), ProcessError> {
         let done = Done { round: self.round, finished: u64::from(finished) };
         self.done.send(Header::at(self.now.as_nanos()), 1, |_| done, |_| {})?;
         Ok(())

@@ -2,7 +2,7 @@ use transport::{DomainError, JoinError, PortError, ReceiveError, ReserveError, S
 
 /// Error that ends a process.
 #[derive(Debug, thiserror::Error)]
-pub enum Failure {
+pub enum ProcessError {
     /// A configuration file is invalid.
     #[error(transparent)]
     Config(#[from] config::SettingsError),
@@ -35,7 +35,7 @@ pub enum Failure {
     Own(String),
 }
 
-impl Failure {
+impl ProcessError {
     /// An error specific to one process.
     pub fn own(reason: impl std::fmt::Display) -> Self {
         Self::Own(reason.to_string())

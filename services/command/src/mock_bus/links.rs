@@ -1,7 +1,10 @@
+//! The temporary folder with the links to the mock buses of `leo mock-bus`.
+
 use std::fs::{self, File};
 use std::io;
 use std::path::Path;
 
+use folder::Folder;
 use tempfile::TempDir;
 
 /// Prefix of the folders' names.
@@ -12,13 +15,13 @@ const LOCK: &str = "lock";
 /// A temporary folder for the links to mock buses, removed when dropped. If its creator was killed, it is removed when
 /// this user creates the next one.
 #[derive(Debug)]
-pub(super) struct Folder {
+pub(super) struct LinkFolder {
     folder: TempDir,
     /// The kernel releases the lock when the process ends, however it ends.
     _lock: File,
 }
 
-impl Folder {
+impl LinkFolder {
     /// Creates one in the folder for temporary files, and removes those of dead creators.
     ///
     /// # Errors
@@ -47,10 +50,9 @@ impl Folder {
 /// Removes the folders of killed creators. Ignores errors: a folder may belong to another user.
 fn remove_stale(parent: &Path) {
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
-        let is_ours = entry.file_name().to_str().is_some_and(|name| name.starts_with(PREFIX));
-        // Do not follow symbolic links.
-        if is_ours && entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            let lock = File::open(entry.path().join(LOCK));
+        if entry.file_name().to_str().is_some_and(|name| name.starts_with(PREFIX)) {
+            let folder = Folder::open(&entry.path()).map_err(io::Error::from);
+            let lock = folder.and_then(|folder| folder.open_for_reading(LOCK));
             if lock.is_ok_and(|lock| lock.try_lock().is_ok()) {
                 let _gone = fs::remove_dir_all(entry.path());
             }
@@ -65,17 +67,17 @@ mod tests {
     #[test]
     fn only_folders_of_dead_creators_are_removed() {
         let parent = tempfile::tempdir().unwrap();
-        let living = Folder::within(parent.path()).unwrap();
-        let killed = Folder::within(parent.path()).unwrap();
+        let living = LinkFolder::within(parent.path()).unwrap();
+        let killed = LinkFolder::within(parent.path()).unwrap();
         let path = killed.path().to_owned();
         // The kernel releases the lock of a killed process but removes no files.
-        let Folder { folder, _lock: lock } = killed;
+        let LinkFolder { folder, _lock: lock } = killed;
         drop(lock);
         let _kept = folder.keep();
         let foreign = parent.path().join("leo-mock-bus-of-somebody");
         fs::create_dir(&foreign).unwrap();
         assert!(path.exists());
-        let next = Folder::within(parent.path()).unwrap();
+        let next = LinkFolder::within(parent.path()).unwrap();
         assert!(!path.exists(), "{} is left behind", path.display());
         assert!(living.path().exists() && next.path().exists() && foreign.exists());
         let path = living.path().to_owned();

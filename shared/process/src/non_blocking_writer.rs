@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_blocked_terminal_delays_no_writer_and_gets_what_it_missed() {
+    fn a_blocked_terminal_delays_no_writer_and_gets_the_missed_lines() {
         let (release, go) = sync_channel(1);
         let (shown, screen) = sync_channel(10 * LINES);
         let mut aside = NonBlockingWriter::over(Terminal { go, went: false, shown }, "<4>");

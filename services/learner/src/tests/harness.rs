@@ -129,8 +129,8 @@ impl Body for FakeBody {
     }
 }
 
-/// A learner at a table, with all its output.
-pub(super) struct Run {
+/// A learner at a table, with all its output. Perspective 0 is Leo's; each partner has one more.
+pub(super) struct LearnerHarness {
     pub(super) table: Rc<RefCell<Table>>,
     pub(super) learner: Learner<FakeBody>,
     pub(super) events: Vec<Event>,
@@ -150,7 +150,8 @@ pub(super) struct Run {
     percepts: Percepts,
 }
 
-impl Run {
+impl LearnerHarness {
+    /// With `partners` simulated partners, and `tasks` learned earlier.
     pub(super) fn new(partners: u16, tasks: Vec<Task>) -> Self {
         Self::with(partners, tasks, OnConflict::Human)
     }
@@ -222,9 +223,9 @@ impl Run {
             frames.iter().map(|(head, entries)| (head, entries.as_slice())).collect();
         let input = Input { beliefs: &beliefs, utterances, present_rad: &[] };
         let Output { save, events, goals } = self.learner.step(self.now, &input);
-        for Kept { key, task, place, example } in save {
+        for Kept { key, task, index, example } in save {
             let known = self.known.entry(key.clone()).or_insert(Task { name: task, examples: Vec::new() });
-            assert_eq!(u64::try_from(known.examples.len()), Ok(place), "an example is appended");
+            assert_eq!(u64::try_from(known.examples.len()), Ok(index), "an example is appended");
             known.examples.push(example);
             self.saved.push((key, known.clone()));
         }
@@ -383,11 +384,11 @@ impl Run {
             EventKind::StepFailed,
             EventKind::MovementSeen,
         ];
-        let worded = self.events.iter().filter_map(|event| {
+        let wording = self.events.iter().filter_map(|event| {
             let kind = event.kind().filter(|kind| WORDED.contains(kind))?;
             Some(format!("{kind:?}: {}\n", event.text.as_str()))
         });
-        worded.collect()
+        wording.collect()
     }
 
     pub(super) fn texts(&self, kind: EventKind) -> Vec<String> {

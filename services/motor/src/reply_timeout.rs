@@ -56,40 +56,40 @@ mod tests {
     const MS: Duration = Duration::from_millis(1);
 
     fn grown() -> ReplyTimeout {
-        let mut patience = ReplyTimeout::new(MS, 5 * MS);
+        let mut reply_timeout = ReplyTimeout::new(MS, 5 * MS);
         let grown = [(); 4].map(|()| {
-            patience.record(true, MS);
-            patience.now
+            reply_timeout.record(true, MS);
+            reply_timeout.now
         });
         assert_eq!(grown, [2 * MS, 4 * MS, 5 * MS, 5 * MS]);
-        patience
+        reply_timeout
     }
 
-    fn note_all(patience: &mut ReplyTimeout, needed: Duration) {
+    fn note_all(reply_timeout: &mut ReplyTimeout, needed: Duration) {
         for _ in 0..EXCHANGES {
-            patience.record(false, needed);
+            reply_timeout.record(false, needed);
         }
     }
 
     #[test]
     fn the_reply_timeout_grows_with_late_replies_and_shrinks_again() {
-        let mut patience = grown();
+        let mut reply_timeout = grown();
         for _ in 0..EXCHANGES - 1 {
-            patience.record(false, Duration::ZERO);
+            reply_timeout.record(false, Duration::ZERO);
         }
-        assert_eq!(patience.now, 5 * MS);
-        patience.record(false, Duration::ZERO);
-        assert_eq!(patience.now, MS);
+        assert_eq!(reply_timeout.now, 5 * MS);
+        reply_timeout.record(false, Duration::ZERO);
+        assert_eq!(reply_timeout.now, MS);
     }
 
     #[test]
-    fn patience_stays_as_long_as_it_is_needed() {
-        let mut patience = grown();
+    fn the_reply_timeout_stays_long_while_replies_are_late() {
+        let mut reply_timeout = grown();
         for (needed, left) in [(4 * MS, 5 * MS), (2 * MS, 5 * MS / 2), (4 * MS, 5 * MS / 2), (MS / 4, MS)] {
-            note_all(&mut patience, needed);
-            assert_eq!(patience.now, left);
+            note_all(&mut reply_timeout, needed);
+            assert_eq!(reply_timeout.now, left);
         }
-        note_all(&mut patience, MS);
-        assert_eq!(patience.now, MS, "only what is late lets it grow");
+        note_all(&mut reply_timeout, MS);
+        assert_eq!(reply_timeout.now, MS, "only what is late lets it grow");
     }
 }

@@ -17,13 +17,13 @@ impl RosterPublisher {
     ///
     /// Another supervisor runs in the domain, or shared memory is exhausted.
     pub fn publish_members(node: &Node, members: &[Process]) -> Result<Self, PortError> {
-        let mut lives =
+        let mut publisher =
             Self { board: RosterWriter::create(node, Process::Supervisor, 1)?, roster: Roster::default() };
         for member in members {
-            lives.roster.add_member(*member);
+            publisher.roster.add_member(*member);
         }
-        lives.register_self(node, Process::Supervisor);
-        Ok(lives)
+        publisher.register_self(node, Process::Supervisor);
+        Ok(publisher)
     }
 
     /// Allows this process to publish in place of a process of the robot.
