@@ -241,8 +241,15 @@ fn a_damaged_chunk_is_reported_and_everything_before_it_is_read() {
     let frame = |at_ns| Frame { at_ns, source: 0, observations: vec![Observation::object(0, at_ns); 20] };
     let frames: Vec<Frame> = (1..500).map(frame).collect();
     let [_, mut bytes] = both(&frames);
-    let middle = bytes.len() / 2;
-    bytes[middle] ^= 0x55;
+    let (mut chunks, mut at) = (Vec::new(), mcap::MAGIC.len());
+    while bytes[at] != mcap::records::op::FOOTER {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap());
+        let end = at + 9 + usize::try_from(length).unwrap();
+        chunks.extend((bytes[at] == mcap::records::op::CHUNK).then_some((at + end) / 2));
+        at = end;
+    }
+    // The middle of the compressed records; an index beside them has no checksum.
+    bytes[chunks[chunks.len() / 2]] ^= 0x55;
     let (back, error, reader) = read(&bytes);
     let error = error.unwrap();
     let read_before = u64::try_from(back.len()).unwrap();
