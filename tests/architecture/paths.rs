@@ -355,8 +355,8 @@ mod tests {
 
     #[test]
     fn declarations_are_seen_in_items_and_in_the_arguments_of_macros() {
-        let text = "struct A { b: u8 }\nenum C { D }\ntrait E {}\ntype F = A;\nmacro_rules! g { () => { enum O { P(Q) } } }\nmessage! { \
-                    #[derive(H)] pub struct I as \"i\" { pub j: [u8; 2], k: u8, } }\nwire_enum! { L: u16 { M = 1, } \
+        let text = "struct A { b: u8 }\nenum C { D }\ntrait E {}\ntype F = A;\nmacro_rules! g { () => { enum O { \
+                    P(Q) } } }\nmessage! { #[derive(H)] pub struct I as \"i\" { pub j: [u8; 2], k: u8, } }\nwire_enum! { L: u16 { M = 1, } \
                     }\n#[cfg(test)]\nstruct N;\n";
         let declared = Content::parse(text).expect("Rust").declared;
         let expected = ["A", "A::b", "C", "E", "F", "I", "I::j", "I::k", "L", "O", "g!"];
