@@ -91,13 +91,14 @@ impl Content {
         self.add_word(&mut path, line);
     }
 
-    /// Notes what the arguments of a macro declare: `struct Name … { field: … }` and other items, and `Name: u16 { … }`
-    /// as in `wire_enum!`.
-    fn add_declarations(&mut self, tokens: TokenStream) {
+    /// Notes what the arguments or the body of a macro declare: `struct Name … { field: … }` and other items, and
+    /// outside brackets `Name: u16 { … }` as in `wire_enum!`.
+    fn add_declarations(&mut self, tokens: TokenStream, in_brackets: bool) {
         let tokens: Vec<TokenTree> = tokens.into_iter().collect();
         let mut item = None;
         for (at, token) in tokens.iter().enumerate() {
-            let colon = matches!(tokens.get(at + 1), Some(TokenTree::Punct(mark)) if mark.as_char() == ':');
+            let colon = !in_brackets
+                && matches!(tokens.get(at + 1), Some(TokenTree::Punct(mark)) if mark.as_char() == ':');
             let body = matches!(tokens.get(at + 3), Some(TokenTree::Group(_)));
             let after_keyword =
                 at.checked_sub(1).and_then(|before| tokens.get(before)).is_some_and(|before| {
@@ -113,8 +114,10 @@ impl Content {
                     if let Some(item) = item.take() {
                         self.add_fields(&item, body.stream());
                     }
+                    self.add_declarations(body.stream(), true);
                 }
-                TokenTree::Ident(_) | TokenTree::Punct(_) | TokenTree::Literal(_) | TokenTree::Group(_) => {}
+                TokenTree::Group(body) => self.add_declarations(body.stream(), true),
+                TokenTree::Ident(_) | TokenTree::Punct(_) | TokenTree::Literal(_) => {}
             }
         }
     }
@@ -289,10 +292,8 @@ impl<'a> Visit<'a> for Content {
     }
 
     fn visit_item_macro(&mut self, item: &'a syn::ItemMacro) {
-        match &item.ident {
-            Some(name) => drop(self.declared.insert(format!("{name}!"))),
-            None => self.add_declarations(item.mac.tokens.clone()),
-        }
+        self.declared.extend(item.ident.as_ref().map(|name| format!("{name}!")));
+        self.add_declarations(item.mac.tokens.clone(), false);
         visit::visit_item_macro(self, item);
     }
 
@@ -354,11 +355,11 @@ mod tests {
 
     #[test]
     fn declarations_are_seen_in_items_and_in_the_arguments_of_macros() {
-        let text = "struct A { b: u8 }\nenum C { D }\ntrait E {}\ntype F = A;\nmacro_rules! g { () => {} }\nmessage! { \
-                    #[derive(H)] pub struct I as \"i\" { pub j: [u8; 2], k: u8, } }\nwire_enum! { L: u16 { M = 1, } \
+        let text = "struct A { b: u8 }\nenum C { D }\ntrait E {}\ntype F = A;\nmacro_rules! g { () => { enum O { \
+                    P(Q) } } }\nmessage! { #[derive(H)] pub struct I as \"i\" { pub j: [u8; 2], k: u8, } }\nwire_enum! { L: u16 { M = 1, } \
                     }\n#[cfg(test)]\nstruct N;\n";
         let declared = Content::parse(text).expect("Rust").declared;
-        let expected = ["A", "A::b", "C", "E", "F", "I", "I::j", "I::k", "L", "g!"];
+        let expected = ["A", "A::b", "C", "E", "F", "I", "I::j", "I::k", "L", "O", "g!"];
         assert_eq!(declared.into_iter().collect::<Vec<_>>(), expected);
     }
 
