@@ -94,7 +94,7 @@ fn match_times_confidence_equal_to_the_threshold_does_not_pass() {
     assert_eq!(with_plugins(more).perceive(&cube(), &ROBOT).values().len(), 1);
 }
 
-/// A snapshot built anew from a known one, which may be any.
+/// A snapshot rebuilt from `known`, which is untrusted.
 fn rebuilt(perception: &Perception, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
     let mut snapshot = Snapshot::default();
     perception.rebuild(&ClassifierInput::new(observation, *frame), known.values(), &mut snapshot);

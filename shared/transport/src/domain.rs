@@ -1,4 +1,5 @@
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use folder::{Folder, FolderError};
@@ -166,8 +167,15 @@ impl Domain {
     ///
     /// The message layouts differ.
     pub fn check_layouts(&self) -> Result<(), IncompatibleProgramError> {
-        // Joining the domain reports why the file cannot be read.
-        let Ok(text) = budget::text(&self.root.join(PROGRAM_FILE)) else { return Ok(()) };
+        let text = match budget::text(&self.root.join(PROGRAM_FILE)) {
+            Ok(text) => text,
+            // Leo writes this file into every domain, so another program created this one.
+            Err(error) if error.kind() == ErrorKind::NotFound && self.middleware_file().is_file() => {
+                String::new()
+            }
+            // Joining the domain reports all other errors.
+            Err(_) => return Ok(()),
+        };
         let mut lines = text.lines();
         let runs = lines.next().filter(|runs| runs.starts_with("Leo ")).unwrap_or("another program");
         if lines.next() == Some(&layouts_word()) {
@@ -237,8 +245,6 @@ fn layouts_word() -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::io::ErrorKind;
-
     use super::*;
 
     #[test]
@@ -255,10 +261,13 @@ mod tests {
         let other = domain.check_layouts().unwrap_err();
         fs::write(&file, [0xff, 0xfe]).unwrap();
         let garbage = domain.check_layouts();
+        fs::remove_file(&file).unwrap();
+        let missing = domain.check_layouts();
         fs::remove_dir_all(domain.root()).unwrap();
         assert_eq!((made_by.as_deref(), domain.made_by()), (Some(THIS), None));
         assert!(made.is_ok() && of_the_same_messages.is_ok() && garbage.is_ok(), "{made:?} {garbage:?}");
         assert_eq!((other.root.as_path(), other.runs.as_str()), (domain.root(), "Leo 9.8.7"));
+        assert_eq!(missing.unwrap_err().runs, "another program");
     }
 
     #[test]

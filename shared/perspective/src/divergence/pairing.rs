@@ -204,17 +204,17 @@ impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Optio
         }
     }
 
-    /// Finds the closest of `whom` for each of `who` whose candidate is missing or already paired. Returns the number of
-    /// candidates examined.
-    fn find(&self, who: &mut Search, things: &[Thing], whom: &Search, others: &[Thing]) -> usize {
-        let Search { open, closest } = who;
+    /// Updates the closest candidate of each open thing of one side, if it has none or its candidate is paired already.
+    /// `opposite` is the side of the candidates. Returns the number of candidates examined.
+    fn find(&self, side: &mut Search, things: &[Thing], opposite: &Search, others: &[Thing]) -> usize {
+        let Search { open, closest } = side;
         let mut examined = 0;
         for &index in open.iter() {
             let (Some(thing), Some(slot)) = (things.get(index), closest.get_mut(index)) else { continue };
             if slot.and_then(|closest| others.get(closest)).is_some_and(&self.looks) {
                 continue;
             }
-            let (found, looks) = self.closest(thing, &whom.open, others);
+            let (found, looks) = self.closest(thing, &opposite.open, others);
             *slot = found;
             examined += looks;
         }
