@@ -18,6 +18,7 @@ mod reanchor;
 mod sources;
 mod step;
 mod step_builder;
+mod tracking;
 
 pub use belief_system::BeliefSystem;
 #[cfg(test)]

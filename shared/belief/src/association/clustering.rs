@@ -77,6 +77,15 @@ impl Clustering {
         self.spatial_hash.remove(slot);
     }
 
+    /// Visits every other member that may be within the gate radius of the one in `slot`, which must be
+    /// [placed](Self::place), and has no mismatching gate key.
+    pub(crate) fn for_each_within_gate(&self, slot: u32, mut visit: impl FnMut(u32)) {
+        self.spatial_hash.any_within(slot, self.spatial_hash.gate_radius_m(), |other| {
+            visit(other);
+            false
+        });
+    }
+
     /// Merges until no pair is closer than the threshold; returns the number of merges. All old members must be
     /// [placed](Self::place), and no new one.
     ///

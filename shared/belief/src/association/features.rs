@@ -1,9 +1,13 @@
+use clock::Instant;
 use invariant::require;
-use message::{Feature, MAX_PERCEPTS, PerceptValue, Snapshot};
+use message::{Feature, MAX_PERCEPTS, Perceived, PerceptValue, Snapshot};
 
 use super::gate_keys::GateKeys;
 use super::metric::{Gate, Metric};
 use super::problem::MemberSummary;
+use super::settings::Tracking;
+use super::track::Motion;
+use super::tracks::Tracks;
 
 /// The features that a storage remembers of each percept: all that the association needs of it.
 pub(crate) trait FeatureStore {
@@ -23,7 +27,8 @@ pub(crate) trait FeatureStore {
 
 /// What the association compares of the belief in each slot: the newest features, and the gate keys among them.
 ///
-/// They are copies of what the [storage](FeatureStore) remembers, in contiguous arrays.
+/// They are copies of what the [storage](FeatureStore) remembers, in contiguous arrays. With [tracks](Tracks), the
+/// position is the expected one instead.
 #[derive(Clone, Debug)]
 pub(crate) struct Features {
     /// Per slot, the newest features that the metric compares, in the order of its terms.
@@ -36,18 +41,30 @@ pub(crate) struct Features {
     predictable: bool,
     metric: Metric,
     gate: Option<Gate>,
+    /// `None` if the remembered position is compared.
+    tracks: Option<Tracks>,
 }
 
 impl Features {
-    /// Without features. `place` is the percept of the position.
-    pub(crate) fn new(metric: Metric, place: Option<u16>, slots: usize, store: &impl FeatureStore) -> Self {
+    /// Without features. `place` is the percept of the position. Without `tracking`, or if no position is compared, the
+    /// remembered features are compared.
+    pub(crate) fn new(
+        metric: Metric,
+        place: Option<u16>,
+        slots: usize,
+        store: &impl FeatureStore,
+        tracking: Option<Tracking>,
+    ) -> Self {
         let terms: Box<[u16]> = metric.percepts().collect();
+        let gate = metric.gate(place);
+        let compares_place = gate.is_some_and(|gate| terms.get(gate.term).copied() == place);
         Self {
+            tracks: tracking.filter(|_| compares_place).map(|tracking| Tracks::new(tracking, slots)),
             predictable: terms.iter().all(|percept| store.is_predictable(*percept)),
             features: vec![None; slots * terms.len()].into_boxed_slice(),
             gate_keys: vec![GateKeys::NONE; slots].into_boxed_slice(),
             terms,
-            gate: metric.gate(place),
+            gate,
             metric,
         }
     }
@@ -78,10 +95,13 @@ impl Features {
         require!(self.features.get(start..start + self.terms.len()), "slot {slot} exists").unwrap_or(&[])
     }
 
-    /// The newest feature of a percept that the metric compares; `None` if it does not compare that percept.
+    /// The newest remembered feature of a percept that the metric compares; `None` if it is not known here.
     #[inline]
     pub(crate) fn newest(&self, slot: u32, percept: u16) -> Option<Option<Feature>> {
         let term = self.terms.iter().position(|term| *term == percept)?;
+        if self.tracks.is_some() && self.gate.is_some_and(|gate| gate.term == term) {
+            return None;
+        }
         Some(self.of(slot).get(term).copied().flatten())
     }
 
@@ -151,16 +171,24 @@ impl Features {
         self.metric.diameter_bound(&members.iter().map(|&slot| self.of(slot)))
     }
 
-    /// Sets the features of a new belief from its snapshot. `prevalidated`: the caller has validated the snapshot.
+    /// Sets the features of a new belief from an observation made at `at`. `prevalidated`: the caller has validated the
+    /// snapshot.
     #[inline]
     pub(crate) fn set(
         &mut self,
         slot: u32,
-        snapshot: &Snapshot,
+        at: Instant,
+        perceived: &Perceived,
         prevalidated: bool,
         store: &impl FeatureStore,
     ) {
+        let snapshot = &perceived.snapshot;
         self.update(slot, |percept, feature| *feature = feature_in(snapshot, percept, prevalidated, store));
+        let place = self.place(slot);
+        if let Some(tracks) = &mut self.tracks {
+            let sighting = place.map(|place| tracks.sighting(at, place, &perceived.observation));
+            tracks.begin(slot, sighting);
+        }
     }
 
     /// Changes the features of a belief, and with them its gate keys. `change` gets the percept and the feature of each
@@ -197,19 +225,22 @@ impl Features {
                 *gate_keys = self.metric.gate_keys_of(features);
             }
         }
+        self.merge_tracks(kept, gone);
     }
 
-    /// Updates the features of a belief to the values they have once it has stored the snapshot, which is newer than
-    /// all its samples. `newer` are the gate keys of the snapshot.
+    /// Updates the features of a belief to the values they have once it has stored an observation made at `at`, which
+    /// is newer than all its samples. `newer` are the gate keys of the snapshot.
     #[inline]
     pub(crate) fn predict(
         &mut self,
         slot: u32,
-        snapshot: &Snapshot,
+        at: Instant,
+        perceived: &Perceived,
         newer: GateKeys,
         prevalidated: bool,
         store: &impl FeatureStore,
     ) {
+        let snapshot = &perceived.snapshot;
         // Usually the symbols are unchanged, and only the position needs an update.
         if self.gate_keys.get(slot as usize) == Some(&newer)
             && self.metric.cover_all_terms(newer)
@@ -224,6 +255,85 @@ impl Features {
         } else {
             self.predict_all(slot, snapshot, prevalidated, store);
         }
+        if let Some(tracks) = &mut self.tracks
+            && let Some(Gate { term, .. }) = self.gate
+            && let Some(percept) = self.terms.get(term)
+            && let Some(position_m) = feature_in(snapshot, *percept, prevalidated, store)
+                .and_then(|feature| feature.vector())
+        {
+            let sighting = tracks.sighting(at, position_m, &perceived.observation);
+            let expected = tracks.add(slot, &sighting);
+            self.set_place(slot, expected);
+        }
+    }
+
+    /// Merges the track of the belief in `gone` into that of the one in `kept`.
+    fn merge_tracks(&mut self, kept: u32, gone: u32) {
+        if let Some(tracks) = &mut self.tracks {
+            let expected = tracks.merge(kept, gone);
+            self.set_place(kept, expected);
+        }
+    }
+
+    /// Compares the position of a belief by where it is expected.
+    #[inline]
+    fn set_place(&mut self, slot: u32, expected: Option<[f32; 3]>) {
+        if let Some(Gate { term, .. }) = self.gate
+            && let Some(feature) = self.features.get_mut(slot as usize * self.terms.len() + term)
+        {
+            *feature = expected.map(Feature::Vector);
+        }
+    }
+
+    /// Compares the belief in the slot from now on by the position that is expected at an instant. Returns whether
+    /// positions are predicted.
+    #[inline]
+    pub(crate) fn expect_at(&mut self, slot: u32, instant: Instant) -> bool {
+        let Some(tracks) = &self.tracks else { return false };
+        let expected = tracks.position_m(slot, instant);
+        self.set_place(slot, expected);
+        true
+    }
+
+    /// Whether positions are predicted, and by which settings.
+    #[inline]
+    pub(crate) fn tracking(&self) -> Option<&Tracking> {
+        self.tracks.as_ref().map(|tracks| &tracks.settings)
+    }
+
+    /// The expected motion of a belief; `None` if positions are not predicted, or the belief has none.
+    pub(crate) fn motion(&self, slot: u32, instant: Instant) -> Option<Motion> {
+        self.tracks.as_ref()?.motion(slot, instant)
+    }
+
+    /// D of a belief and a new one whose position is outside the gate of the metric, but within that of the
+    /// [track](Tracks::share_of_gate): it takes the place of metres, so that D is the threshold at the gate. `None`
+    /// unless D is below the threshold.
+    pub(crate) fn distance_along_track(&self, old: u32, fresh: u32) -> Option<f64> {
+        let tracks = self.tracks.as_ref()?;
+        let share = tracks.share_of_gate(old, fresh, self.gate?.metres)?;
+        let mut at_one_place = [None; MAX_PERCEPTS];
+        let of_old = self.of(old);
+        at_one_place.iter_mut().zip(of_old).for_each(|(feature, of_old)| *feature = *of_old);
+        let term = self.gate?.term;
+        *at_one_place.get_mut(term)? = *self.of(fresh).get(term)?;
+        let others = self.metric.below_threshold(at_one_place.get(..of_old.len())?, self.of(fresh))?;
+        self.metric.if_below_threshold(others + share * self.metric.threshold())
+    }
+
+    /// Expresses the track of a belief in another frame, and compares its position in that frame.
+    pub(crate) fn reanchor(
+        &mut self,
+        slot: u32,
+        position: impl Fn([f32; 3]) -> [f32; 3],
+        rotation: &[[f64; 3]; 3],
+    ) {
+        if let Some(tracks) = &mut self.tracks {
+            tracks.reanchor(slot, position, rotation);
+            if let Some(at) = tracks.at(slot) {
+                self.expect_at(slot, at);
+            }
+        }
     }
 
     /// Like [`Self::predict`], for every compared feature.
@@ -236,9 +346,17 @@ impl Features {
         });
     }
 
-    /// Recomputes the features and symbols of a belief from its row in the storage.
-    pub(crate) fn refresh(&mut self, slot: u32, row: u32, store: &impl FeatureStore) {
+    /// Recomputes the features and symbols of a belief from its row in the storage. `united` is the belief that was
+    /// merged into it, if that is the reason.
+    pub(crate) fn refresh(&mut self, slot: u32, row: u32, united: Option<u32>, store: &impl FeatureStore) {
+        let place = self.place(slot);
         self.update(slot, |percept, feature| *feature = store.newest_feature(row, percept));
+        if self.tracks.is_some() {
+            self.set_place(slot, place);
+        }
+        if let Some(gone) = united {
+            self.merge_tracks(slot, gone);
+        }
     }
 
     /// Position and gate keys of a snapshot.
@@ -273,7 +391,8 @@ impl Features {
     pub(crate) fn assert_are_stored(&self, slot: u32, row: u32, store: &impl FeatureStore) {
         for (feature, percept) in self.of(slot).iter().zip(&self.terms) {
             let newest = store.newest_feature(row, *percept);
-            assert_eq!(*feature, newest, "what was clustered by is what is remembered");
+            let is_tracked = self.newest(slot, *percept).is_none();
+            assert!(is_tracked || *feature == newest, "what was clustered by is what is remembered");
         }
         assert_eq!(self.gate_keys[slot as usize], self.metric.gate_keys_of(self.of(slot)));
     }

@@ -157,8 +157,19 @@ impl Metric {
                 NoTermApplies::Zero => 0.0,
             }
         };
+        self.if_below_threshold(distance)
+    }
+
+    /// The distance if it is below the threshold.
+    #[inline]
+    pub(crate) fn if_below_threshold(&self, distance: f64) -> Option<f64> {
         // Written so that NaN counts as too far.
         if distance < self.threshold { Some(distance) } else { None }
+    }
+
+    /// Beliefs closer than this are merged.
+    pub(crate) const fn threshold(&self) -> f64 {
+        self.threshold
     }
 
     /// The weight of the position term, if D of two beliefs with positions is that term alone unless a gate key

@@ -1,5 +1,7 @@
 //! The settings of the belief distance.
 
+use std::time::Duration;
+
 use serde::Deserialize;
 
 /// The distance of two beliefs if no term applies.
@@ -37,6 +39,31 @@ pub enum Measure {
     Differs,
     /// A distance function that the program registers under this name.
     Plugin(String),
+}
+
+/// How the position of each belief is predicted for the instant of an observation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tracking {
+    /// Process noise: standard deviation of the acceleration along each axis, in m/s².
+    pub acceleration_sd_m_s2: f64,
+    /// Standard deviation of the velocity of a thing seen once along each axis, in m/s.
+    pub speed_sd_m_s: f64,
+    /// Standard deviation of an observed position along each axis, in metres, if its source states none.
+    pub position_sd_m: f64,
+    /// The least standard deviation of an observed position, as a share of the thing's longest side.
+    pub position_sd_of_size: f64,
+    /// Gate of a thing seen in the previous frame: largest Mahalanobis distance of an observation.
+    pub gate_sd: f64,
+    /// How long a thing that is not observed is expected to move on.
+    pub coast: Duration,
+    /// Number of steps in a row in which one of two beliefs must be observed where the other, unobserved, is expected,
+    /// before they are merged.
+    pub merge_after: u32,
+    /// Number of sightings after which a belief is announced: it becomes one of the system's beliefs for others. A belief
+    /// that begins in one of the first so many frames of its source is announced at once.
+    pub announce_after: u32,
+    /// A single observation of at least this confidence announces its belief too.
+    pub announce_confidence: f64,
 }
 
 /// All settings of the belief distance D (Eq. 4).

@@ -69,6 +69,8 @@ const NO_MEMORY: Memory = Memory {
     empty_since: None,
     observations: 0,
     held_by: message::NOBODY,
+    confidence: 0.0,
+    is_announced: false,
     seen_by: SourceSet::EMPTY,
 };
 
@@ -245,7 +247,7 @@ impl Arena {
             invariant!(false, "slot {slot} has histories");
             return false;
         };
-        memory.add_observation(at, now, observation.held_by, SourceSet::of(observation.source));
+        memory.add_observation(at, now, observation);
         self.latest = self.latest.max(at);
         let phase = memory.id;
         self.change(slot);

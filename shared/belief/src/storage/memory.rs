@@ -13,6 +13,10 @@ pub(crate) struct Memory {
     pub(crate) empty_since: Option<Instant>,
     pub(crate) observations: u64,
     pub(crate) held_by: u16,
+    /// The highest confidence of one observation.
+    pub(crate) confidence: f32,
+    /// Whether others may know of it.
+    pub(crate) is_announced: bool,
     /// The sources that ever saw it. Only these can miss it.
     pub(crate) seen_by: SourceSet,
 }
@@ -28,20 +32,23 @@ impl Memory {
             empty_since: None,
             observations: 1,
             held_by: observation.held_by,
+            confidence: observation.confidence,
+            is_announced: false,
             seen_by: SourceSet::of(observation.source),
         }
     }
 
     /// Like [`Self::merge`] with a single observation, made at `at`, later than all of these, and added at `now`.
     #[inline]
-    pub(crate) fn add_observation(&mut self, at: Instant, now: Instant, held_by: u16, seen_by: SourceSet) {
-        self.held_by = held_by;
+    pub(crate) fn add_observation(&mut self, at: Instant, now: Instant, observation: &Observation) {
+        self.held_by = observation.held_by;
+        self.confidence = self.confidence.max(observation.confidence);
         self.perceived_at = at;
         self.updated_at = self.updated_at.max(now);
         // A thing that is observed is not missing.
         self.empty_since = None;
         self.observations = self.observations.saturating_add(1);
-        self.seen_by = self.seen_by.union(seen_by);
+        self.seen_by = self.seen_by.union(SourceSet::of(observation.source));
     }
 
     /// Merges with another belief of the same object. The older identity survives.
@@ -59,6 +66,8 @@ impl Memory {
         // A thing that is observed is not missing.
         self.empty_since = self.empty_since.zip(other.empty_since).map(|(mine, others)| mine.max(others));
         self.observations = self.observations.saturating_add(other.observations);
+        self.confidence = self.confidence.max(other.confidence);
+        self.is_announced |= other.is_announced;
         self.seen_by = self.seen_by.union(other.seen_by);
     }
 }

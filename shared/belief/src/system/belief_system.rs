@@ -15,8 +15,9 @@ use super::percepts::{Percept, Percepts};
 use super::plugins::BeliefPlugins;
 use super::sources::Sources;
 use super::step::Step;
+use super::tracking::{Continuation, Evidence};
 use crate::association::Clustering;
-use crate::storage::Sample;
+use crate::storage::{BoundedVec, Sample};
 
 /// Largest capacity of a belief system, in beliefs.
 const MAX_CAPACITY: usize = 1_000_000;
@@ -62,6 +63,12 @@ pub struct BeliefSystem {
     /// Whether no two beliefs are closer than the threshold, because none has changed since the last clustering.
     pub(super) is_clustered: bool,
     pub(super) sources: Sources,
+    /// The slots of the announced beliefs in order of their identities; not used if all are announced at once.
+    pub(super) announced: BoundedVec<u32>,
+    /// The pairs of [`Self::continue_tracks`].
+    pub(super) continuations: BoundedVec<Continuation>,
+    /// Per slot; empty if positions are not predicted.
+    pub(super) evidence: Box<[Evidence]>,
     pub(super) next_id: u64,
     pub(super) now: Instant,
     /// Start of the uninterrupted period in which the perspective has been observing.
@@ -96,6 +103,7 @@ impl BeliefSystem {
         }
         let beliefs = Beliefs::new(percepts, plugin, saturating_u32(2 * capacity))?;
         let slots = beliefs.arena.slots();
+        let tracked = if beliefs.features.tracking().is_some() { slots } else { 0 };
         Ok(Self {
             percepts: percepts.percepts.clone(),
             threshold: percepts.threshold,
@@ -113,6 +121,9 @@ impl BeliefSystem {
             beliefs,
             is_clustered: true,
             sources: Sources::new(),
+            announced: BoundedVec::with_bound(tracked),
+            continuations: BoundedVec::with_bound(tracked),
+            evidence: vec![Evidence::default(); tracked].into_boxed_slice(),
             next_id: 1,
             now: Instant::EPOCH,
             observing_since: Instant::EPOCH,
@@ -128,16 +139,21 @@ impl BeliefSystem {
         self
     }
 
-    /// Number of beliefs.
+    /// Number of beliefs. One that is not [announced](super::percepts::Tracking::announce_after) yet is not counted.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.beliefs.arena.live().len()
+        self.announced().len()
     }
 
     /// Whether there is no belief.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.beliefs.arena.live().is_empty()
+        self.announced().is_empty()
+    }
+
+    /// Number of beliefs, announced or not.
+    pub(super) fn live_len(&self) -> usize {
+        self.beliefs.arena.live().len()
     }
 
     /// The counters since the system was created.
@@ -161,7 +177,7 @@ impl BeliefSystem {
     /// whose first sample is later are omitted.
     #[must_use]
     pub fn write(&self, index: usize, instant: Instant) -> Option<Belief> {
-        let slot = *self.beliefs.arena.live().get(index)?;
+        let slot = *self.announced().get(index)?;
         let (memory, (histories, row)) =
             (self.beliefs.arena.memory(slot)?, self.beliefs.arena.histories(slot)?);
         let (born_at, perceived_at) = (memory.born_at.as_nanos(), memory.perceived_at.as_nanos());
@@ -179,27 +195,34 @@ impl BeliefSystem {
     /// The identity of the belief at `index` in order of the identities.
     #[must_use]
     pub fn id(&self, index: usize) -> Option<u64> {
-        Some(self.beliefs.arena.memory(*self.beliefs.arena.live().get(index)?)?.id)
+        Some(self.beliefs.arena.memory(*self.announced().get(index)?)?.id)
     }
 
     /// The agent that holds the thing of the belief at `index`, or `NOBODY`.
     #[must_use]
     pub fn held_by(&self, index: usize) -> Option<u16> {
-        Some(self.beliefs.arena.memory(*self.beliefs.arena.live().get(index)?)?.held_by)
+        Some(self.beliefs.arena.memory(*self.announced().get(index)?)?.held_by)
     }
 
     /// The last perceived position of the belief at `index`, in metres in the perspective's frame; `None` if it has no
     /// position.
     #[must_use]
     pub fn position(&self, index: usize) -> Option<[f32; 3]> {
-        self.place_of(*self.beliefs.arena.live().get(index)?)
+        self.place_of(*self.announced().get(index)?)
     }
 
     /// Updates the spatial index with the position of the belief at `index`.
     pub(super) fn place(&mut self, index: usize) {
         if let Some(&slot) = self.beliefs.arena.live().get(index) {
-            self.clustering.place(&Step { beliefs: &mut self.beliefs, perceived: &[] }, slot);
+            self.place_slot(slot);
         }
+    }
+
+    /// Updates the spatial index with the position of the belief in a slot.
+    #[inline]
+    pub(super) fn place_slot(&mut self, slot: u32) {
+        let step = Step { beliefs: &mut self.beliefs, perceived: &[], first_new: self.next_id };
+        self.clustering.place(&step, slot);
     }
 
     /// Tells the system that the perspective observes again after an interruption. Absence found before `now` no longer

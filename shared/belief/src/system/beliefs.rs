@@ -35,7 +35,7 @@ impl Beliefs {
         let histories = Histories::new(&generators, |name| plugins.history(name), count)?;
         let cannot_link = percepts.belief.cannot_link_same_source_instant;
         Ok(Self {
-            features: Features::new(metric, percepts.place(), count, &histories),
+            features: Features::new(metric, percepts.place(), count, &histories, percepts.belief.tracking),
             arena: Arena::new(histories, count),
             detection_history: cannot_link.then(|| DetectionHistory::new(count)),
         })
@@ -60,9 +60,9 @@ impl Beliefs {
         entry: u32,
         perceived: &Perceived,
     ) -> Option<u32> {
-        let Perceived { observation, snapshot } = perceived;
+        let Perceived { observation, .. } = perceived;
         let slot = self.arena.create(id, [at, now], entry, observation)?;
-        self.features.set(slot, snapshot, self.arena.prevalidated(), self.arena.all_histories());
+        self.features.set(slot, at, perceived, self.arena.prevalidated(), self.arena.all_histories());
         if let Some(detection_history) = &mut self.detection_history {
             let observed_at = Instant::from_nanos(observation.observed_at_ns);
             detection_history.begin(slot as usize, Interval::of(observation.source, observed_at));
@@ -97,13 +97,36 @@ impl Beliefs {
             self.arena.append(kept, gone);
             self.features.append(kept, gone, self.arena.all_histories());
         } else if self.arena.unite(kept, gone, perceived) {
-            self.refresh(kept);
+            self.refresh(kept, Some(gone));
         }
         self.arena.change(kept);
         if let Some(detection_history) = &mut self.detection_history {
             detection_history.merge(kept as usize, gone as usize);
         }
         self.free_slot(gone);
+    }
+
+    /// D of two beliefs; `None` if it is not below the threshold or the two cannot be linked.
+    pub(crate) fn distance(&self, a: u32, b: u32) -> Option<f64> {
+        let distance = self.features.distance(a, b)?;
+        (!self.cannot_link(a, b)).then_some(distance)
+    }
+
+    /// Whether two beliefs were detected in one frame.
+    #[inline]
+    pub(crate) fn cannot_link(&self, a: u32, b: u32) -> bool {
+        let detection_history = self.detection_history.as_ref();
+        detection_history.is_some_and(|seen| seen.cannot_link(a as usize, b as usize))
+    }
+
+    /// D of a belief and a detection of the frame that follows its last, by their [tracks](Features::distance_along_track);
+    /// `None` if it is not below the threshold.
+    pub(crate) fn distance_along_track(&self, old: u32, fresh: u32) -> Option<f64> {
+        let detection_history = self.detection_history.as_ref()?;
+        let may_continue = self.arena.is_live(old)
+            && self.arena.is_snapshot(fresh)
+            && detection_history.continues(old as usize, fresh as usize);
+        if may_continue { self.features.distance_along_track(old, fresh) } else { None }
     }
 
     /// Whether the other belief is a snapshot newer than everything in `older`, and the new features can be predicted.
@@ -165,10 +188,11 @@ impl Beliefs {
         }
     }
 
-    /// Recomputes the cached features and symbols of a belief from its histories.
-    pub(crate) fn refresh(&mut self, slot: u32) {
+    /// Recomputes the cached features and symbols of a belief from its histories. `united` is the belief that was merged
+    /// into it, if that is the reason.
+    pub(crate) fn refresh(&mut self, slot: u32, united: Option<u32>) {
         if let Some((histories, row)) = self.arena.histories(slot) {
-            self.features.refresh(slot, row, histories);
+            self.features.refresh(slot, row, united, histories);
         }
     }
 

@@ -6,21 +6,25 @@ use message::SourceSet;
 use super::belief_system::BeliefSystem;
 use super::cull::CullContext;
 use super::cull_fn::CullFn;
+use crate::storage::Memory;
 
 impl BeliefSystem {
     /// C: removes the beliefs on which all culling functions agree (Eq. 5).
     pub(super) fn cull(&mut self, active_sources: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
-        if self.cull.is_empty() {
+        let announces = self.announces_later();
+        if self.cull.is_empty() && !announces {
             return;
         }
         let watches = self.cull.iter().any(|cull| matches!(cull, CullFn::PlaceEmptyFor(_)));
         let culled = self.counts.culled;
-        for index in 0..self.len() {
+        for index in 0..self.live_len() {
             let Some(&slot) = self.beliefs.arena.live().get(index) else { break };
             if watches {
                 self.update_empty_since(slot, active_sources, &in_view);
             }
-            if self.cull.iter().all(|cull| self.agrees(cull, slot, active_sources, &in_view)) {
+            let agree = !self.cull.is_empty()
+                && self.cull.iter().all(|cull| self.agrees(cull, slot, active_sources, &in_view));
+            if agree || (announces && self.is_unconfirmed(slot, active_sources, &in_view)) {
                 self.free_slot(slot);
                 self.counts.culled += 1;
             }
@@ -97,15 +101,29 @@ impl BeliefSystem {
         }
     }
 
+    /// Whether a belief that is not announced yet was not observed where it should have been.
+    fn is_unconfirmed(
+        &self,
+        slot: u32,
+        active_sources: SourceSet,
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) -> bool {
+        let is_missed = |memory: &Memory| {
+            !memory.is_announced && memory.updated_at < self.now && active_sources.intersects(memory.seen_by)
+        };
+        let is_missed = self.beliefs.arena.memory(slot).is_some_and(is_missed);
+        is_missed && self.place_of(slot).is_some_and(in_view)
+    }
+
     /// Removes the beliefs beyond the capacity, the youngest first.
     pub(super) fn evict(&mut self) {
-        for index in self.capacity..self.len() {
+        for index in self.capacity..self.live_len() {
             let Some(&slot) = self.beliefs.arena.live().get(index) else { break };
             self.counts.evicted += 1;
             self.counts.overflowed += self.beliefs.arena.memory(slot).map_or(0, |memory| memory.observations);
             self.free_slot(slot);
         }
-        if self.len() > self.capacity {
+        if self.live_len() > self.capacity {
             self.beliefs.arena.compact();
         }
     }

@@ -292,7 +292,7 @@ impl Beliefs {
             return;
         }
         let Self { arena, features, detection_history } = self;
-        features.predict(slot, &perceived.snapshot, newer, arena.prevalidated(), arena.all_histories());
+        features.predict(slot, at, perceived, newer, arena.prevalidated(), arena.all_histories());
         if let Some(detection_history) = detection_history {
             detection_history.add(slot as usize, frame);
         }

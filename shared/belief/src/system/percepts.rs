@@ -15,7 +15,7 @@ use serde::Deserialize;
 
 use crate::association::settings::MetricSettings;
 
-pub use crate::association::settings::{Distance, Measure, NoTermApplies};
+pub use crate::association::settings::{Distance, Measure, NoTermApplies, Tracking};
 pub use crate::storage::settings::{History, WhenFull};
 pub use perception::percepts::{
     Component, Kernel, Nearest, Prototype, Range, Region, Space, StateName, is_inside,
@@ -75,6 +75,8 @@ pub struct Belief {
     pub no_term_applies: NoTermApplies,
     /// The terms of D (Eq. 4).
     pub distance: Vec<Distance>,
+    /// How positions are predicted for D; `None` compares the remembered positions, as in the paper.
+    pub tracking: Option<Tracking>,
     /// The culling functions, all of which must agree (Eq. 5).
     pub cull: Vec<Cull>,
 }
@@ -164,6 +166,7 @@ impl Belief {
         self.cannot_link_same_source_instant = false;
         self.no_term_applies = NoTermApplies::Zero;
         self.normalised = false;
+        self.tracking = None;
         let no_term = |setting| match setting {
             NoTermApplies::Infinite => "\"infinite\"",
             NoTermApplies::Zero => "\"zero\"",
@@ -172,6 +175,7 @@ impl Belief {
             format!("cannot_link_same_source_instant = false (was {})", was.cannot_link_same_source_instant),
             format!("no_term_applies = \"zero\" (was {})", no_term(was.no_term_applies)),
             format!("normalised = false (was {})", was.normalised),
+            format!("no [belief.tracking] (was {})", if was.tracking.is_some() { "there" } else { "missing" }),
         ]
     }
 }

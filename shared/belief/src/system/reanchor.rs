@@ -18,7 +18,9 @@ impl BeliefSystem {
     pub fn reanchor<New: Copy, Old: Copy>(&mut self, x_new_old: &Pose<New, Old>) {
         // Rounding may have brought two beliefs closer than they were.
         self.is_clustered = false;
-        for index in 0..self.len() {
+        let position = |position_m: [f32; 3]| position_in(x_new_old, position_m);
+        let rotation = rotation_of(x_new_old);
+        for index in 0..self.live_len() {
             let slot = require!(self.beliefs.arena.live().get(index), "belief {index} is live");
             let Some(&slot) = slot else { continue };
             for (number, percept) in (0..).zip(&self.percepts) {
@@ -36,7 +38,8 @@ impl BeliefSystem {
                 }
             }
             self.see_places_anew(slot);
-            self.beliefs.refresh(slot);
+            self.beliefs.refresh(slot, None);
+            self.beliefs.features.reanchor(slot, position, &rotation);
             self.place(index);
         }
     }
@@ -98,9 +101,22 @@ fn range_anew(range: &Range, read: Option<Sample>, threshold: f64) -> Option<Sam
 }
 
 fn moved<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
-    let Feature::Vector([x, y, z]) = feature else { return feature };
+    let Feature::Vector(position_m) = feature else { return feature };
+    Feature::Vector(position_in(x_new_old, position_m))
+}
+
+fn position_in<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>, [x, y, z]: [f32; 3]) -> [f32; 3] {
     let p_old = Position::<Old>::new(f64::from(x), f64::from(y), f64::from(z));
-    Feature::Vector((*x_new_old * p_old).to_array().map(single))
+    (*x_new_old * p_old).to_array().map(single)
+}
+
+/// The rotation matrix of a pose, by rows.
+fn rotation_of<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>) -> [[f64; 3]; 3] {
+    let of = |x, y, z| (*x_new_old * Position::<Old>::new(x, y, z)).to_array();
+    let [origin, x, y, z] = [of(0.0, 0.0, 0.0), of(1.0, 0.0, 0.0), of(0.0, 1.0, 0.0), of(0.0, 0.0, 1.0)];
+    let column = |of: [f64; 3]| [of[0] - origin[0], of[1] - origin[1], of[2] - origin[2]];
+    let [x, y, z] = [x, y, z].map(column);
+    [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]
 }
 
 fn turned<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {

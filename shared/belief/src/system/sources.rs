@@ -20,6 +20,8 @@ struct Source {
     earlier: Option<Instant>,
     /// Newest time stamp, this step included.
     newest: Instant,
+    /// Number of earlier steps with a frame of it.
+    steps: u64,
 }
 
 /// Largest number of sources.
@@ -49,6 +51,7 @@ impl Sources {
     pub(crate) fn begin(&mut self) {
         self.frames.clear();
         for source in self.known.iter_mut() {
+            source.steps += u64::from(source.earlier.is_none_or(|earlier| earlier < source.newest));
             source.earlier = Some(source.newest);
         }
     }
@@ -76,9 +79,20 @@ impl Sources {
         }
         match known.and_then(|index| self.known.get_mut(index)) {
             Some(source) => source.newest = source.newest.max(at),
-            None => self.known.push(Source { number, earlier: None, newest: at }),
+            None => self.known.push(Source { number, earlier: None, newest: at, steps: 0 }),
         }
         Admission::Accepted
+    }
+
+    /// The time stamp of the first frame of this step.
+    pub(crate) fn first_frame(&self) -> Option<Instant> {
+        self.frames.iter().map(|(_, at)| *at).min()
+    }
+
+    /// Whether this step is one of the first so many with a frame of one of its sources.
+    pub(crate) fn is_any_new(&self, steps: u64) -> bool {
+        let is_new = |source: &Source| source.steps < steps && source.earlier.is_none_or(|at| at < source.newest);
+        self.known.iter().any(is_new)
     }
 
     /// The frame of a source that precedes one of this step.

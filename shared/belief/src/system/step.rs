@@ -8,6 +8,17 @@ use crate::association::{AssociationProblem, GateKeys, Interval, MemberSummary};
 pub(crate) struct Step<'a> {
     pub(crate) beliefs: &'a mut Beliefs,
     pub(crate) perceived: &'a [Perceived],
+    /// Beliefs with lower identities are of earlier steps.
+    pub(crate) first_new: u64,
+}
+
+impl Step<'_> {
+    /// Whether two beliefs are never merged by their distance alone: with tracks, two of earlier steps.
+    #[inline]
+    fn needs_evidence(&self, a: u32, b: u32) -> bool {
+        let is_old = |slot| self.id(slot) < self.first_new;
+        self.beliefs.features.tracking().is_some() && is_old(a) && is_old(b)
+    }
 }
 
 impl AssociationProblem for Step<'_> {
@@ -45,12 +56,7 @@ impl AssociationProblem for Step<'_> {
     }
 
     fn distance(&self, a: u32, b: u32) -> Option<f64> {
-        let Beliefs { features, detection_history, .. } = &*self.beliefs;
-        let distance = features.distance(a, b)?;
-        let apart = detection_history
-            .as_ref()
-            .is_some_and(|detection_history| detection_history.cannot_link(a as usize, b as usize));
-        (!apart).then_some(distance)
+        if self.needs_evidence(a, b) { None } else { self.beliefs.distance(a, b) }
     }
 
     #[inline]
@@ -62,10 +68,7 @@ impl AssociationProblem for Step<'_> {
         let Some(distance) = self.beliefs.features.distance_from_summaries(of_a, of_b) else {
             return self.distance(a, b);
         };
-        let detection_history = self.beliefs.detection_history.as_ref();
-        let is_apart =
-            |_: &f64| !detection_history.is_some_and(|seen| seen.cannot_link(a as usize, b as usize));
-        distance.filter(is_apart)
+        distance.filter(|_| !self.needs_evidence(a, b) && !self.beliefs.cannot_link(a, b))
     }
 
     #[inline]
@@ -93,10 +96,9 @@ impl AssociationProblem for Step<'_> {
     }
 
     fn remains_cannot_link(&self, a: u32, b: u32) -> bool {
-        self.beliefs
-            .detection_history
-            .as_ref()
-            .is_some_and(|detection_history| detection_history.remains_cannot_link(a as usize, b as usize))
+        let detection_history = self.beliefs.detection_history.as_ref();
+        self.needs_evidence(a, b)
+            || detection_history.is_some_and(|seen| seen.remains_cannot_link(a as usize, b as usize))
     }
 
     fn frame(&self, fresh: u32) -> Option<(u16, u64)> {

@@ -91,7 +91,10 @@ impl StepBuilder<'_> {
         in_view: impl Fn([f32; 3]) -> bool,
     ) {
         let Self { system, first_new } = self;
-        let is_clustered = std::mem::replace(&mut system.is_clustered, true);
+        // Two tracked beliefs are never merged by their distance alone, so it does not matter that they moved.
+        let is_tracked = system.beliefs.features.tracking().is_some();
+        let is_clustered = std::mem::replace(&mut system.is_clustered, true) || is_tracked;
+        system.expect();
         // Two things of one frame cannot be linked, and neither can beliefs that merged with them.
         let detections_cannot_link = system.beliefs.has_cannot_link() && system.sources.frames() <= 1;
         let remaining = if system.defers_creation {
@@ -101,16 +104,19 @@ impl StepBuilder<'_> {
             system.rollback(lost);
             let BeliefSystem { beliefs, clustering, sources, .. } = &mut *system;
             beliefs.set_previous_frame(|source, at| sources.before(source, at));
-            system.counts.merged +=
-                clustering.run(&mut Step { beliefs, perceived }, is_clustered, detections_cannot_link);
+            let mut step = Step { beliefs, perceived, first_new };
+            system.counts.merged += clustering.run(&mut step, is_clustered, detections_cannot_link);
+            system.counts.merged += system.continue_tracks(perceived);
             system.beliefs.commit(perceived)
         };
-        for remaining in system.len() - remaining..system.len() {
+        for remaining in system.live_len() - remaining..system.live_len() {
             system.place(remaining);
         }
+        system.merge_by_evidence(&in_view);
         system.cull(active_sources, in_view);
         system.evict();
         system.number(first_new);
+        system.announce();
     }
 }
 
@@ -129,25 +135,27 @@ impl BeliefSystem {
         let mut matched = None;
         if is_clustered && detections_cannot_link {
             detections.set_previous_frame(beliefs, |source, at| sources.before(source, at));
-            let step = Step { beliefs: &mut *beliefs, perceived };
+            let step = Step { beliefs: &mut *beliefs, perceived, first_new };
             matched =
                 clustering.run_matched(&mut FrameAssociation { step, detections, first_new, now: self.now });
         }
         // Creates beliefs from the unmatched detections.
         detections.admit(beliefs, first_new, self.now, perceived);
         beliefs.set_previous_frame(|source, at| sources.before(source, at));
-        let (merged, remaining) = match matched {
-            Some(merged) => (merged, beliefs.commit_new(perceived)),
-            None => {
-                let step = &mut Step { beliefs: &mut *beliefs, perceived };
-                (
-                    clustering.run_unmatched(step, is_clustered, detections_cannot_link),
-                    beliefs.commit(perceived),
-                )
-            }
-        };
-        self.counts.merged += merged;
-        remaining
+        if let Some(merged) = matched {
+            let continued = self.continue_tracks(perceived);
+            self.counts.merged += merged + continued;
+            // What was matched is remembered already.
+            return if continued == 0 {
+                self.beliefs.commit_new(perceived)
+            } else {
+                self.beliefs.commit(perceived)
+            };
+        }
+        let step = &mut Step { beliefs: &mut *beliefs, perceived, first_new };
+        self.counts.merged += clustering.run_unmatched(step, is_clustered, detections_cannot_link);
+        self.counts.merged += self.continue_tracks(perceived);
+        self.beliefs.commit(perceived)
     }
 
     /// Validates an observation; counts it if it is not sound.
@@ -201,7 +209,7 @@ impl BeliefSystem {
         self.next_id = first_new;
         let is_old =
             |slot: &u32| self.beliefs.arena.memory(*slot).is_some_and(|memory| memory.id < first_new);
-        for index in self.beliefs.arena.live().partition_point(is_old)..self.len() {
+        for index in self.beliefs.arena.live().partition_point(is_old)..self.live_len() {
             let slot = self.beliefs.arena.live().get(index).copied();
             let memory = slot.and_then(|slot| self.beliefs.arena.memory_mut(slot));
             let Some(memory) = require!(memory, "the belief at index {index} is live") else { continue };

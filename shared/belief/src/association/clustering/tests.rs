@@ -171,7 +171,7 @@ fn percepts() -> impl Strategy<Value = Percepts> {
     let which = prop::array::uniform3(prop::bool::weighted(0.3));
     (terms(), threshold, any::<bool>(), any::<bool>(), any::<bool>(), which).prop_map(
         |(terms, threshold, normalised, zero, cannot_link, which)| {
-            let mut percepts = Percepts::builtin();
+            let mut percepts = remembered();
             let terms = terms.into_iter().map(|(name, measure, weight)| {
                 let percept = percepts.index(name).unwrap();
                 Distance { percept, measure, weight }
@@ -219,6 +219,13 @@ fn perceived(percepts: &Percepts, at: u64, seen: &Seen) -> Perceived {
     Perceived { observation: Observation::object(u16::try_from(seen.group).unwrap(), at), snapshot }
 }
 
+/// The built-in percepts, whose remembered positions are compared as in the paper.
+fn remembered() -> Percepts {
+    let mut percepts = Percepts::builtin();
+    percepts.belief.tracking = None;
+    percepts
+}
+
 /// Two sets of beliefs, one of which is clustered naively.
 struct Twins {
     percepts: Percepts,
@@ -261,6 +268,7 @@ impl Twins {
         let observed = before.map(|last| now.saturating_sub(late).max(last.map_or(0, |last| last + 1)));
         let perceived: Vec<_> =
             seen.iter().map(|seen| perceived(&self.percepts, observed[seen.group], seen)).collect();
+        let first_new = self.id + 1;
         for (entry, perceived) in (0..).zip(&perceived) {
             self.id += 1;
             let at = [perceived.observation.observed_at_ns, now].map(Instant::from_nanos);
@@ -273,16 +281,24 @@ impl Twins {
             beliefs.set_previous_frame(|source, _| before[usize::from(source)].map(Instant::from_nanos));
         }
         let one_frame = seen.iter().all(|one| one.group == seen[0].group);
-        let expected = cluster_naively(&mut Step { beliefs: &mut self.reference, perceived: &perceived });
+        for beliefs in [&mut self.reference, &mut self.beliefs] {
+            let expected_at = Instant::from_nanos(now.saturating_sub(late));
+            for index in 0..beliefs.arena.live().len() {
+                beliefs.features.expect_at(beliefs.arena.live()[index], expected_at);
+            }
+        }
+        let step = Step { beliefs: &mut self.beliefs, perceived: &[], first_new };
+        step.old().iter().for_each(|&slot| self.clustering.place(&step, slot));
+        let expected = cluster_naively(&mut Step { beliefs: &mut self.reference, perceived: &perceived, first_new });
         self.reference.commit(&perceived);
-        let mut step = Step { beliefs: &mut self.beliefs, perceived: &perceived };
+        let mut step = Step { beliefs: &mut self.beliefs, perceived: &perceived, first_new };
         let detections_cannot_link = one_frame && step.beliefs.has_cannot_link();
         let Clustering { matching, grouping, spatial_hash, .. } = &mut self.clustering.clone();
         self.matched = is_clustered && detections_cannot_link && matching.find(spatial_hash, &step);
         self.grouped = is_clustered && !detections_cannot_link && grouping.find(spatial_hash, &step);
         let merged = self.clustering.run(&mut step, is_clustered, detections_cannot_link);
         self.beliefs.commit(&perceived);
-        let step = Step { beliefs: &mut self.beliefs, perceived: &[] };
+        let step = Step { beliefs: &mut self.beliefs, perceived: &[], first_new };
         step.old().iter().for_each(|&slot| self.clustering.place(&step, slot));
         [expected, merged]
     }
@@ -342,7 +358,7 @@ proptest! {
         frames in by_turns(),
         threshold in prop::sample::select(vec![0.06, 0.11, 0.16, 0.3]),
     ) {
-        let mut percepts = Percepts::builtin();
+        let mut percepts = remembered();
         percepts.belief.threshold = threshold;
         let mut twins = Twins::new(percepts);
         for (at, (frame, late, is_clustered)) in (1..).zip(frames) {
@@ -356,14 +372,14 @@ proptest! {
 
 #[test]
 fn neighbours_are_searched_by_position_whichever_metric_term_comes_first() {
-    let mut percepts = Percepts::builtin();
+    let mut percepts = remembered();
     let percept = percepts.index("extents").unwrap();
     percepts.belief.distance.insert(0, Distance { percept, measure: Measure::Metres, weight: 1.0 });
     let mut twins = Twins::new(percepts);
     // Things of one size: by their extents all would be in each other's gate.
     let at = |x| Seen { extents: Some([1, 1, 1]), ..alike(x, 0) };
     assert_eq!(twins.step(1, &[at(0), at(20)], true), [0, 0]);
-    let step = Step { beliefs: &mut twins.beliefs, perceived: &[] };
+    let step = Step { beliefs: &mut twins.beliefs, perceived: &[], first_new: 3 };
     assert_eq!(step.place(1), Some([1.0, 0.0, 0.0]));
     assert_eq!(twins.step(2, &[at(0), at(20)], true), [2, 2]);
 }
@@ -400,7 +416,7 @@ fn wandering_objects_of_one_source_are_matched_as_in_the_paper() {
     let threshold = prop::sample::select(vec![0.04, 0.08, 0.11, 0.15, 0.16]);
     let mut runner = TestRunner::new(ProptestConfig::with_cases(2_000));
     let outcome = runner.run(&(wandering(), threshold), |(frames, threshold)| {
-        let mut percepts = Percepts::builtin();
+        let mut percepts = remembered();
         percepts.belief.threshold = threshold;
         let mut twins = Twins::new(percepts);
         for (at, frame) in (1..).zip(frames) {
@@ -417,9 +433,36 @@ fn wandering_objects_of_one_source_are_matched_as_in_the_paper() {
     assert!(matched.get() > 1_000 && looped.get() > 1_000, "matched {matched:?}, looped {looped:?}");
 }
 
+/// The tracks of the beliefs are compared too: by the positions that they expect next.
+#[test]
+fn wandering_objects_are_matched_as_by_the_loop_over_expected_positions() {
+    let matched = Cell::new(0);
+    let mut runner = TestRunner::new(ProptestConfig::with_cases(2_000));
+    let outcome = runner.run(&wandering(), |frames| {
+        let mut percepts = Percepts::builtin();
+        percepts.belief.threshold = 0.15;
+        let mut twins = Twins::new(percepts);
+        for (at, frame) in (1..).zip(frames) {
+            // 20 frames a second.
+            let [expected, merged] = twins.step(at * 5_000_000, &frame, true);
+            prop_assert_eq!(merged, expected);
+            let [expected, contents] = twins.contents();
+            prop_assert_eq!(contents, expected);
+            let places = |beliefs: &Beliefs| -> Vec<_> {
+                beliefs.arena.live().iter().map(|&slot| beliefs.features.place(slot)).collect()
+            };
+            prop_assert_eq!(places(&twins.reference), places(&twins.beliefs));
+            matched.set(matched.get() + u64::from(twins.matched));
+        }
+        Ok(())
+    });
+    outcome.unwrap();
+    assert!(matched.get() > 1_000, "{matched:?}");
+}
+
 #[test]
 fn an_object_merges_with_a_near_unconstrained_one() {
-    let mut percepts = Percepts::builtin();
+    let mut percepts = remembered();
     percepts.belief.threshold = 0.16;
     let at = |x| alike(x, 0);
     let mut twins = Twins::new(percepts.clone());
@@ -437,7 +480,7 @@ fn an_object_merges_with_a_near_unconstrained_one() {
 
 #[test]
 fn objects_of_a_late_frame_beyond_the_capacity_stay_separate() {
-    let mut twins = Twins::new(Percepts::builtin());
+    let mut twins = Twins::new(remembered());
     for group in 0..8 {
         let at = 10 + u64::try_from(group).unwrap();
         assert_eq!(twins.step(at, &[alike(0, group)], true), [u64::from(group > 0); 2]);
@@ -450,7 +493,7 @@ fn objects_of_a_late_frame_beyond_the_capacity_stay_separate() {
 
 #[test]
 fn a_late_detection_keeps_its_cannot_links_after_a_merge() {
-    let mut percepts = Percepts::builtin();
+    let mut percepts = remembered();
     percepts.belief.threshold = 0.375;
     let mut twins = Twins::new(percepts);
     for group in 0..8 {
@@ -467,7 +510,7 @@ fn a_late_detection_keeps_its_cannot_links_after_a_merge() {
 
 #[test]
 fn equally_near_pairs_merge_by_lowest_identity() {
-    let mut percepts = Percepts::builtin();
+    let mut percepts = remembered();
     percepts.belief.threshold = 0.06;
     percepts.belief.cannot_link_same_source_instant = false;
     let mut twins = Twins::new(percepts);
@@ -485,7 +528,7 @@ fn equally_near_pairs_merge_by_lowest_identity() {
 
 #[test]
 fn an_invalid_distance_separates_in_any_belief_order() {
-    let mut percepts = Percepts::builtin();
+    let mut percepts = remembered();
     make_own(&mut percepts, [false, true, false]);
     percepts.belief.threshold = 0.3;
     let merged = |x: [i8; 2]| {

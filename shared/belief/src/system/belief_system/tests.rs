@@ -1,6 +1,7 @@
 mod arrivals;
 mod culling;
 mod functions;
+mod tracking;
 
 use clock::Duration;
 use geometry::Pose;
@@ -54,7 +55,7 @@ impl Robot {
             .collect();
         self.system.step(now, &perceived, 0..perceived.len(), SourceSet::of(0), |_| in_view);
         let counts = self.system.counts();
-        let len = u64::try_from(self.system.len()).unwrap();
+        let len = u64::try_from(self.system.live_len()).unwrap();
         assert_eq!(counts.created - counts.merged - counts.culled - counts.evicted, len);
     }
 

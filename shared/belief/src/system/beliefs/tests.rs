@@ -128,6 +128,8 @@ fn memory_of(all: &[&Glimpse], empty_since: [Option<u64>; 2]) -> Memory {
             .map(|glimpse| glimpse.held_by)
             .min()
             .unwrap(),
+        confidence: 1.0,
+        is_announced: false,
         seen_by: all.iter().map(|glimpse| SourceSet::of(glimpse.source)).collect(),
     }
 }

@@ -8,7 +8,9 @@ use serde::Deserialize;
 use settings::number::{Milliseconds, NotNegative, UnitInterval};
 use settings::{SettingsError, Spanned, SpannedError};
 
-use super::{Belief, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role};
+use super::{
+    Belief, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role, Tracking,
+};
 
 pub(super) const BUILTIN: &str = include_str!("../../../percepts.toml");
 
@@ -57,10 +59,25 @@ struct RawBelief {
     normalised: bool,
     cannot_link_same_source_instant: bool,
     no_term_applies: NoTermApplies,
+    tracking: Option<RawTracking>,
     #[serde(default)]
     distance: Vec<RawDistance>,
     #[serde(default)]
     cull: Vec<RawCull>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTracking {
+    acceleration_sd_m_s2: NotNegative,
+    speed_sd_m_s: NotNegative,
+    position_sd_m: Spanned<NotNegative>,
+    position_sd_of_size: NotNegative,
+    gate_sd: NotNegative,
+    coast_ms: Milliseconds,
+    merge_after: u32,
+    announce_after: u32,
+    announce_confidence: UnitInterval,
 }
 
 #[derive(Deserialize)]
@@ -171,7 +188,28 @@ impl RawBelief {
             cannot_link_same_source_instant: self.cannot_link_same_source_instant,
             no_term_applies: self.no_term_applies,
             distance,
+            tracking: self.tracking.map(RawTracking::resolve).transpose()?,
             cull,
+        })
+    }
+}
+
+impl RawTracking {
+    fn resolve(self) -> Result<Tracking, SpannedError> {
+        if self.position_sd_m.get_ref().get() <= 0.0 {
+            let reason = "no position is exact: give a standard deviation above 0";
+            return Err(SpannedError::at(&self.position_sd_m, reason));
+        }
+        Ok(Tracking {
+            acceleration_sd_m_s2: self.acceleration_sd_m_s2.get(),
+            speed_sd_m_s: self.speed_sd_m_s.get(),
+            position_sd_m: self.position_sd_m.get_ref().get(),
+            position_sd_of_size: self.position_sd_of_size.get(),
+            gate_sd: self.gate_sd.get(),
+            coast: self.coast_ms.duration(),
+            merge_after: self.merge_after,
+            announce_after: self.announce_after,
+            announce_confidence: self.announce_confidence.get(),
         })
     }
 }

@@ -149,7 +149,8 @@ fn the_literal_paper_merges_without_cannot_link_infinity_or_norm() {
     assert!(!belief.cannot_link_same_source_instant && !belief.normalised);
     assert_eq!(belief.no_term_applies, NoTermApplies::Zero);
     assert_eq!(settings[2], "normalised = false (was true)");
-    assert_eq!(settings.len(), 3);
+    assert_eq!(belief.tracking, None);
+    assert_eq!(settings.len(), 4);
 }
 
 /// The built-in percepts plus a range below the given parent; no parent for `None`.

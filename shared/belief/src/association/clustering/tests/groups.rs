@@ -32,7 +32,7 @@ fn simultaneous_detections_are_merged_by_group_as_in_the_paper() {
     let all = ((1..8_i8, several_at_once()), threshold, turns, prop::bool::weighted(0.2), colours);
     let mut runner = TestRunner::new(ProptestConfig::with_cases(3_000));
     let outcome = runner.run(&all, |((pitch, steps), threshold, turns, normalised, colours)| {
-        let mut percepts = Percepts::builtin();
+        let mut percepts = remembered();
         percepts.belief.threshold = threshold;
         percepts.belief.normalised = normalised;
         let percept = percepts.index("orientation").unwrap();
@@ -73,7 +73,7 @@ fn simultaneous_detections_are_merged_by_group_as_in_the_paper() {
 
 #[test]
 fn more_sources_than_it_remembers_are_merged_as_in_the_paper() {
-    let mut twins = Twins::new(Percepts::builtin());
+    let mut twins = Twins::new(remembered());
     // A belief detected by ten sources evicts the interval of the first one, which also detected another thing beside
     // it.
     let mut seen: Vec<_> = (0..10).map(|group| alike(0, group)).collect();
@@ -85,7 +85,7 @@ fn more_sources_than_it_remembers_are_merged_as_in_the_paper() {
 #[test]
 fn a_removed_newest_sample_is_merged_as_in_the_paper() {
     let at = |beside_mm, group| Seen { beside_mm: [beside_mm, 0, 0], ..alike(0, group) };
-    let mut twins = Twins::new(Percepts::builtin());
+    let mut twins = Twins::new(remembered());
     assert_eq!(twins.step(1, &[at(40, 0)], true), [0, 0]);
     // Half way.
     assert_eq!(twins.step(2, &[Seen { confidence: 0.8, ..at(80, 0) }], true), [1, 1]);
@@ -100,7 +100,7 @@ fn a_removed_newest_sample_is_merged_as_in_the_paper() {
 
 #[test]
 fn a_lacking_oldest_symbol_is_merged_as_in_the_paper() {
-    let mut twins = Twins::new(Percepts::builtin());
+    let mut twins = Twins::new(remembered());
     let at = |mm: i8, colour, group| Seen { beside_mm: [mm, 0, 0], colour, ..alike(0, group) };
     assert_eq!(twins.step(1, &[at(0, Some(0), 0), at(90, Some(1), 0)], true), [0, 0]);
     // The colour of neither is recognised; they are nearer to each other than to the beliefs beside them.
@@ -111,7 +111,7 @@ fn a_lacking_oldest_symbol_is_merged_as_in_the_paper() {
 
 #[test]
 fn orientations_with_a_wrong_norm_are_merged_as_in_the_paper() {
-    let mut percepts = Percepts::builtin();
+    let mut percepts = remembered();
     let percept = percepts.index("orientation").unwrap();
     percepts.belief.distance.push(Distance { percept, measure: Measure::AngleRad, weight: 0.5 });
     let mut twins = Twins::new(percepts);

@@ -113,8 +113,10 @@ proptest! {
         normalised in prop::bool::weighted(0.1),
         symbols_tell in prop::bool::weighted(0.8),
         counts_greys in prop::bool::weighted(0.2),
+        is_tracked in any::<bool>(),
     ) {
         let mut percepts = Percepts::builtin();
+        percepts.belief.tracking = percepts.belief.tracking.filter(|_| is_tracked);
         percepts.belief.normalised = normalised;
         if !symbols_tell {
             percepts.belief.distance.retain(|distance| distance.measure != Measure::Differs);
@@ -155,7 +157,8 @@ proptest! {
 
 #[test]
 fn a_belief_whose_symbol_becomes_a_number_may_merge() {
-    let percepts = Percepts::builtin();
+    let mut percepts = Percepts::builtin();
+    percepts.belief.tracking = None;
     let perception = Perception::new(&percepts).unwrap();
     let mut noting = BeliefSystem::new(&percepts, 8).unwrap().assume_validated();
     let mut creating = noting.clone();

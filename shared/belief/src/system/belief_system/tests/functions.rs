@@ -116,7 +116,9 @@ fn a_plugin_history_decides_what_is_remembered() {
         robot.see(ms(1000 + 5 * step), &[], true);
     }
     assert!(robot.ids().is_empty());
-    robot.see(ms(3000), &[block(ms(3000), [0.5, 0.0, 0.0], RED)], true);
+    for now in [3000, 3005, 3010].map(ms) {
+        robot.see(now, &[block(now, [0.5, 0.0, 0.0], RED)], true);
+    }
     let belief = robot.system.beliefs().next().unwrap();
     assert_eq!(belief.percept(filled).unwrap().feature(), Some(Feature::Number(0.0)));
 }

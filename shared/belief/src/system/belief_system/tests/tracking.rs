@@ -1,0 +1,119 @@
+//! Tracking: identities of things that move.
+
+use super::*;
+
+/// How a thing moves: its position at a number of seconds, at a speed in m/s.
+type Path = fn(f32, f32) -> [f32; 3];
+
+fn straight(seconds: f32, speed_m_s: f32) -> [f32; 3] {
+    [0.6, speed_m_s * seconds, 0.03]
+}
+
+/// On a circle of 40 cm.
+fn circle(seconds: f32, speed_m_s: f32) -> [f32; 3] {
+    let angle = speed_m_s * seconds / 0.4;
+    [0.6 + 0.4 * angle.cos(), 0.4 * angle.sin(), 0.03]
+}
+
+/// Half a second of motion, half a second of rest, in turn.
+fn stopping(seconds: f32, speed_m_s: f32) -> [f32; 3] {
+    let (whole, part) = (seconds.floor(), seconds.fract());
+    straight(0.5 * whole + part.min(0.5), speed_m_s)
+}
+
+/// The identities that a thing has had after two seconds.
+fn identities(percepts: &Percepts, path: Path, metres_a_frame: f32, rate_hz: u16) -> u64 {
+    let mut robot = Robot::new(percepts);
+    let rate = f32::from(rate_hz);
+    for frame in 0..2 * u64::from(rate_hz) {
+        let now = Instant::from_nanos(1_000_000_000 + frame * 1_000_000_000 / u64::from(rate_hz));
+        let seconds = frame as f32 / rate;
+        robot.see(now, &[block(now, path(seconds, metres_a_frame * rate), RED)], true);
+    }
+    let counts = robot.system.counts();
+    counts.created - counts.merged
+}
+
+fn remembered() -> Percepts {
+    let mut percepts = Percepts::builtin();
+    percepts.belief.tracking = None;
+    percepts
+}
+
+#[test]
+fn identities_of_one_moving_thing_by_speed_rate_and_path() {
+    let tracked = Percepts::builtin();
+    let mut table = String::from("identities of one thing in 2 s: predicted (remembered)\n");
+    for (name, path) in [("straight", straight as Path), ("circle", circle), ("stopping", stopping)] {
+        for rate_hz in [10, 30, 200] {
+            table += &format!("{name:>8} {rate_hz:>3} Hz:");
+            for centimetres in [5, 8, 10, 14, 20, 30, 50, 100, 150_u16] {
+                let metres = f32::from(centimetres) / 100.0;
+                let [with, without] =
+                    [&tracked, &remembered()].map(|percepts| identities(percepts, path, metres, rate_hz));
+                table += &format!(" {centimetres} cm {with} ({without})");
+            }
+            table.push('\n');
+        }
+    }
+    insta::assert_snapshot!(table);
+}
+
+#[test]
+fn a_thing_at_2_m_s_and_10_hz_has_one_identity() {
+    assert_eq!(identities(&Percepts::builtin(), straight, 0.2, 10), 1);
+    assert!(identities(&remembered(), straight, 0.2, 10) > 5);
+}
+
+#[test]
+fn two_equal_things_that_cross_keep_their_identities() {
+    for (rate_hz, speed_m_s) in [(10_u64, 0.5_f32), (10, 1.0), (10, 2.0), (30, 1.0), (200, 2.0)] {
+        let mut robot = Robot::new(&Percepts::builtin());
+        let frames = rate_hz * 2;
+        for frame in 0..frames {
+            let now = Instant::from_nanos(1_000_000_000 + frame * 1_000_000_000 / rate_hz);
+            let along = speed_m_s * (frame as f32 / rate_hz as f32 - 1.0);
+            // They pass each other at 4 cm.
+            robot.see(now, &[block(now, [0.6, along, 0.0], RED), block(now, [0.64, -along, 0.0], RED)], true);
+        }
+        assert_eq!(robot.ids(), [1, 2], "{rate_hz} Hz, {speed_m_s} m/s");
+        let x = [0, 1].map(|index| robot.system.position(index).unwrap()[0]);
+        assert!((x[0] - 0.6).abs() < 0.001 && (x[1] - 0.64).abs() < 0.001, "{rate_hz} {speed_m_s} {x:?}");
+    }
+}
+
+#[test]
+fn the_expected_motion_is_that_of_the_thing() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    for frame in 0..20_u16 {
+        let now = ms(100 * u64::from(frame));
+        robot.see(now, &[block(now, straight(f32::from(frame) / 10.0, 0.8), RED)], true);
+    }
+    let motion = robot.system.motion(0, ms(1950)).unwrap();
+    assert!((motion.velocity_m_s[1] - 0.8).abs() < 0.01, "{motion:?}");
+    assert!((motion.position_m[1] - 0.8 * 1.95).abs() < 0.01, "{motion:?}");
+    let [_, sd, _] = motion.position_variance_m2.map(f32::sqrt);
+    assert!((0.005..0.05).contains(&sd), "{sd}");
+    // The remembered position is the paper's low-pass and lags.
+    assert!(robot.system.position(0).unwrap()[1] < 0.8 * 1.9 - 0.05);
+}
+
+#[test]
+fn a_belief_is_merged_into_another_only_by_evidence() {
+    // One block is covered; an equal one is put down out of its reach, and then pushed to where the first one is.
+    for in_view in [true, false] {
+        let mut percepts = Percepts::builtin();
+        percepts.belief.cull.clear();
+        let mut robot = Robot::new(&percepts);
+        robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
+        let mut len = Vec::new();
+        for step in 1..30_u16 {
+            let now = ms(2_000 + 100 * u64::from(step));
+            let y = (0.4 - 0.05 * f32::from(step)).max(0.0);
+            robot.see(now, &[block(now, [0.5, y, 0.0], RED)], in_view);
+            len.push(robot.system.len());
+        }
+        assert_eq!(*len.first().unwrap(), 2);
+        assert_eq!(*len.last().unwrap(), if in_view { 1 } else { 2 }, "{len:?}");
+    }
+}

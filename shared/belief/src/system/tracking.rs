@@ -1,0 +1,180 @@
+//! Tracking: what prediction adds to a step. Without [`Tracking`](super::percepts::Tracking) none of it does anything.
+
+use clock::Instant;
+use message::Perceived;
+use quantity::number::single;
+
+use super::belief_system::BeliefSystem;
+
+/// A detection that continues a track.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Continuation {
+    distance: f64,
+    old: u32,
+    fresh: u32,
+}
+
+/// For how many steps in a row another belief was observed where one is expected, but not observed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Evidence {
+    /// Identity of the other; 0 if there is none.
+    of: u64,
+    steps: u32,
+}
+
+impl BeliefSystem {
+    /// Compares every belief by the position that is expected when the first frame of the step was taken.
+    pub(super) fn expect(&mut self) {
+        if self.beliefs.features.tracking().is_none() {
+            return;
+        }
+        let Some(instant) = self.sources.first_frame() else { return };
+        for index in 0..self.live_len() {
+            let Some(&slot) = self.beliefs.arena.live().get(index) else { break };
+            self.beliefs.features.expect_at(slot, instant);
+            self.place_slot(slot);
+        }
+    }
+
+    /// Merges the remaining detections with things that were detected in the source's previous frame and not in this
+    /// one: those that moved out of the gate of the distance, but not out of that of their track. Returns the number of
+    /// merges.
+    ///
+    /// The nearest pair is merged first. A thing seen once may have any velocity, so a fast one is found here.
+    pub(super) fn continue_tracks(&mut self, perceived: &[Perceived]) -> u64 {
+        let mut merged = 0;
+        if self.beliefs.features.tracking().is_none() || self.beliefs.detection_history.is_none() {
+            return merged;
+        }
+        loop {
+            self.find_continuations();
+            if self.continuations.is_empty() {
+                return merged;
+            }
+            self.continuations.sort_unstable_by(|a, b| {
+                a.distance.total_cmp(&b.distance).then((a.old, a.fresh).cmp(&(b.old, b.fresh)))
+            });
+            for index in 0..self.continuations.len() {
+                let Some(&Continuation { old, fresh, .. }) = self.continuations.get(index) else { break };
+                // An earlier pair of this round may have taken one of the two.
+                if self.beliefs.distance_along_track(old, fresh).is_some() {
+                    self.beliefs.merge(old, fresh, perceived);
+                    self.clustering.remove_member(fresh);
+                    self.place_slot(old);
+                    merged += 1;
+                }
+            }
+        }
+    }
+
+    /// Finds for each remaining detection the nearest track that it may continue.
+    fn find_continuations(&mut self) {
+        self.continuations.clear();
+        for &fresh in self.beliefs.arena.fresh() {
+            let mut nearest: Option<Continuation> = None;
+            for &old in self.beliefs.arena.live() {
+                let Some(distance) = self.beliefs.distance_along_track(old, fresh) else { continue };
+                if nearest.is_none_or(|nearest| distance < nearest.distance) {
+                    nearest = Some(Continuation { distance, old, fresh });
+                }
+            }
+            if let Some(nearest) = nearest {
+                self.continuations.push(nearest);
+            }
+        }
+    }
+
+    /// Merges two beliefs of one thing: one is observed where the other is expected, whose position is in view and
+    /// empty, in a configured number of steps in a row.
+    ///
+    /// Two beliefs of earlier steps are not merged otherwise: a hidden thing is not the one that passes it.
+    pub(super) fn merge_by_evidence(&mut self, in_view: impl Fn([f32; 3]) -> bool) {
+        let Some(tracking) = self.beliefs.features.tracking() else { return };
+        let merge_after = tracking.merge_after.max(1);
+        if self.sources.first_frame().is_none() {
+            return;
+        }
+        for index in 0..self.live_len() {
+            let Some(&slot) = self.beliefs.arena.live().get(index) else { break };
+            let other = self.observed_instead_of(slot, &in_view);
+            let of = other.and_then(|other| self.beliefs.arena.memory(other)).map_or(0, |memory| memory.id);
+            let Some(evidence) = self.evidence.get_mut(slot as usize) else { continue };
+            let before = if evidence.of == of { evidence.steps } else { 0 };
+            *evidence = Evidence { of, steps: before.saturating_add(1) };
+            if let Some(other) = other
+                && evidence.steps >= merge_after
+            {
+                self.merge_old(slot, other);
+            }
+        }
+        self.beliefs.arena.compact();
+    }
+
+    /// The nearest belief that is observed in this step within the gate of an unobserved one whose expected position is
+    /// in view.
+    fn observed_instead_of(&self, slot: u32, in_view: impl Fn([f32; 3]) -> bool) -> Option<u32> {
+        let is_observed =
+            |slot: u32| self.beliefs.arena.memory(slot).is_some_and(|memory| memory.updated_at >= self.now);
+        if !self.beliefs.arena.is_live(slot) || is_observed(slot) {
+            return None;
+        }
+        let place = self.beliefs.features.place(slot)?;
+        let mut nearest: Option<(f64, u32)> = None;
+        self.clustering.for_each_within_gate(slot, |other| {
+            if is_observed(other)
+                && let Some(distance) = self.beliefs.distance(slot, other)
+                && nearest.is_none_or(|(least, _)| distance < least)
+            {
+                nearest = Some((distance, other));
+            }
+        });
+        nearest.filter(|_| in_view(place)).map(|(_, other)| other)
+    }
+
+    /// Merges two beliefs of earlier steps. The older identity survives.
+    fn merge_old(&mut self, a: u32, b: u32) {
+        let id = |slot: u32| self.beliefs.arena.memory(slot).map(|memory| memory.id);
+        let (kept, gone) = if id(a) < id(b) { (a, b) } else { (b, a) };
+        self.clustering.remove_member(gone);
+        self.beliefs.merge(kept, gone, &[]);
+        self.place_slot(kept);
+        self.counts.merged += 1;
+    }
+
+    /// Whether a belief may be announced later than at its first sighting.
+    pub(super) fn announces_later(&self) -> bool {
+        self.beliefs.features.tracking().is_some_and(|tracking| tracking.announce_after > 1)
+    }
+
+    /// The slots of the announced beliefs in order of their identities.
+    pub(super) fn announced(&self) -> &[u32] {
+        if self.announces_later() { &self.announced } else { self.beliefs.arena.live() }
+    }
+
+    /// Announces the beliefs of which enough was observed.
+    pub(super) fn announce(&mut self) {
+        let Some(tracking) = self.beliefs.features.tracking().filter(|tracking| tracking.announce_after > 1) else {
+            return;
+        };
+        let (after, confidence) = (u64::from(tracking.announce_after), single(tracking.announce_confidence));
+        let begins = self.sources.is_any_new(after);
+        self.announced.clear();
+        for index in 0..self.live_len() {
+            let Some(&slot) = self.beliefs.arena.live().get(index) else { break };
+            let Some(memory) = self.beliefs.arena.memory_mut(slot) else { continue };
+            memory.is_announced |= memory.observations >= after
+                || memory.confidence >= confidence
+                || (begins && memory.updated_at >= self.now);
+            if memory.is_announced {
+                self.announced.push(slot);
+            }
+        }
+    }
+
+    /// The motion expected of the belief at `index` in order of the identities, in the perspective's frame. `None` if
+    /// positions are not predicted, or the belief has none.
+    #[must_use]
+    pub fn motion(&self, index: usize, instant: Instant) -> Option<crate::Motion> {
+        self.beliefs.features.motion(*self.announced().get(index)?, instant)
+    }
+}
