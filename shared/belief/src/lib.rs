@@ -131,7 +131,9 @@ mod association;
 mod storage;
 mod system;
 
-pub use association::{AssociationProblem, Clustering, Distance, GateKeys, MemberSummary, Motion, cluster_naively};
+pub use association::{
+    AssociationProblem, Clustering, Distance, GateKeys, MemberSummary, Motion, cluster_naively,
+};
 pub use storage::{History, Sample, Samples};
 pub use system::{
     BeliefPlugins, BeliefSystem, BeliefSystemError, Counts, Cull, CullContext, StepBuilder, percepts,

@@ -92,13 +92,8 @@ mod tests {
             axis = axis.predicted(seconds, 25.0, f32::INFINITY);
             axis.correct([position, variance]);
         }
-        let found = [
-            axis.position_m,
-            axis.velocity_m_s,
-            axis.position_m2,
-            axis.covariance_m2_s,
-            axis.velocity_m2_s2,
-        ];
+        let found =
+            [axis.position_m, axis.velocity_m_s, axis.position_m2, axis.covariance_m2_s, axis.velocity_m2_s2];
         for (found, expected) in found.iter().zip(in_matrices(&observed, 1.0, 25.0)) {
             assert!((f64::from(*found) - expected).abs() <= 1e-4 * expected.abs(), "{found} {expected}");
         }

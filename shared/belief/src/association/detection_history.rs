@@ -129,12 +129,11 @@ impl DetectionHistory {
         self.intervals(a).iter().any(|run| self.intervals(b).iter().any(|other| run.overlaps(other)))
     }
 
-    /// Whether the only frame in which the belief in `fresh` was detected follows one in which that in `old` was, and the
-    /// two can be linked.
+    /// Whether the only frame in which the belief in `fresh` was detected follows one in which that in `old` was.
     pub(crate) fn continues(&self, old: usize, fresh: usize) -> bool {
         let Some(InlineIntervals::Interval(run)) = self.only.get(fresh) else { return false };
         let before = run.previous_frame.map(|at| Interval::of(run.source, at));
-        before.is_some_and(|before| self.was_detected_in(old, &before)) && !self.cannot_link(old, fresh)
+        before.is_some_and(|before| self.was_detected_in(old, &before))
     }
 
     /// Adds the history of the belief in `gone` to that of the one in `kept`.

@@ -258,8 +258,8 @@ impl Features {
         if let Some(tracks) = &mut self.tracks
             && let Some(Gate { term, .. }) = self.gate
             && let Some(percept) = self.terms.get(term)
-            && let Some(position_m) = feature_in(snapshot, *percept, prevalidated, store)
-                .and_then(|feature| feature.vector())
+            && let Some(position_m) =
+                feature_in(snapshot, *percept, prevalidated, store).and_then(|feature| feature.vector())
         {
             let sighting = tracks.sighting(at, position_m, &perceived.observation);
             let expected = tracks.add(slot, &sighting);
@@ -307,15 +307,18 @@ impl Features {
     }
 
     /// D of a belief and a new one whose position is outside the gate of the metric, but within that of the
-    /// [track](Tracks::share_of_gate): it takes the place of metres, so that D is the threshold at the gate. `None`
-    /// unless D is below the threshold.
-    pub(crate) fn distance_along_track(&self, old: u32, fresh: u32) -> Option<f64> {
-        let tracks = self.tracks.as_ref()?;
-        let share = tracks.share_of_gate(old, fresh, self.gate?.metres)?;
+    /// [track](Tracks::share_of_gate), or on its [way](Tracks::share_along_way): this share takes the place of metres, so
+    /// that D is the threshold at the gate. `None` unless D is below the threshold.
+    pub(crate) fn distance_along_track(&self, old: u32, fresh: u32, is_hidden: bool) -> Option<f64> {
+        let (tracks, Gate { term, metres, .. }) = (self.tracks.as_ref()?, self.gate?);
+        let share = if is_hidden {
+            tracks.share_along_way(old, fresh, metres)?
+        } else {
+            tracks.share_of_gate(old, fresh, metres)?
+        };
         let mut at_one_place = [None; MAX_PERCEPTS];
         let of_old = self.of(old);
         at_one_place.iter_mut().zip(of_old).for_each(|(feature, of_old)| *feature = *of_old);
-        let term = self.gate?.term;
         *at_one_place.get_mut(term)? = *self.of(fresh).get(term)?;
         let others = self.metric.below_threshold(at_one_place.get(..of_old.len())?, self.of(fresh))?;
         self.metric.if_below_threshold(others + share * self.metric.threshold())

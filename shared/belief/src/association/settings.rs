@@ -56,6 +56,8 @@ pub struct Tracking {
     pub gate_sd: f64,
     /// How long a thing that is not observed is expected to move on.
     pub coast: Duration,
+    /// How long a moving thing that is out of view is recognised along its way.
+    pub reappear: Duration,
     /// Number of steps in a row in which one of two beliefs must be observed where the other, unobserved, is expected,
     /// before they are merged.
     pub merge_after: u32,

@@ -37,6 +37,10 @@ pub struct Motion {
     pub velocity_variance_m2_s2: [f32; 3],
 }
 
+/// A thing moves if its velocity differs from zero by so many standard deviations. A thing at rest stays far below,
+/// because the process noise allows for a sudden motion.
+const MOVES_SD: f32 = 1.0;
+
 impl Track {
     /// A thing seen once: its velocity is unknown.
     pub(crate) fn new(sighting: &Sighting, settings: &Tracking) -> Self {
@@ -74,6 +78,23 @@ impl Track {
         squared_mahalanobis(&self.predicted(sighting.at, settings), sighting)
     }
 
+    /// The distance of a position from the way of the thing, in metres: from the line between the last sighting and where
+    /// it would be at `instant`. `None` if it does not move: its velocity does not differ from zero.
+    pub(crate) fn distance_from_way_m(&self, position_m: [f32; 3], instant: Instant) -> Option<f64> {
+        let significance = |axis: &Axis| (axis.velocity_m_s.powi(2) / axis.velocity_m2_s2).min(f32::MAX);
+        if self.axes.iter().map(significance).sum::<f32>() <= MOVES_SD * MOVES_SD {
+            return None;
+        }
+        let along =
+            |of: [f32; 3], other: [f32; 3]| of.iter().zip(other).map(|(one, other)| one * other).sum::<f32>();
+        let velocity = self.axes.map(|axis| axis.velocity_m_s);
+        let mut offset = position_m;
+        offset.iter_mut().zip(&self.axes).for_each(|(offset, axis)| *offset -= axis.position_m);
+        let most_s = single(instant.since(self.at).as_secs_f64());
+        let seconds = (along(offset, velocity) / along(velocity, velocity)).clamp(0.0, most_s);
+        Some(quantity::distance(&offset, &velocity.map(|part| seconds * part)))
+    }
+
     /// Adds a sighting. One that is not later than the last is ignored, because a filter has no past. One outside the gate
     /// of the track begins it anew: the thing moves as it was not expected to, and its velocity is unknown again.
     #[inline]
@@ -109,7 +130,9 @@ impl Track {
         let positions = position(self.axes.map(|axis| axis.position_m));
         let turned = |of: fn(&Axis) -> f32, weight: fn(f64) -> f64| {
             rotation.map(|row| {
-                single(row.iter().zip(&self.axes).map(|(part, axis)| weight(*part) * f64::from(of(axis))).sum())
+                single(
+                    row.iter().zip(&self.axes).map(|(part, axis)| weight(*part) * f64::from(of(axis))).sum(),
+                )
             })
         };
         let square = |part: f64| part * part;

@@ -22,12 +22,7 @@ impl Tracks {
     /// The sighting that an observation with this position is. A source that states no variance has the configured one,
     /// which grows with the thing: a large thing's centre is known less well.
     #[inline]
-    pub(crate) fn sighting(
-        &self,
-        at: Instant,
-        position_m: [f32; 3],
-        observation: &Observation,
-    ) -> Sighting {
+    pub(crate) fn sighting(&self, at: Instant, position_m: [f32; 3], observation: &Observation) -> Sighting {
         let half_m = observation.half_extents_m.iter().fold(0.0, |most: f32, half_m| most.max(*half_m));
         let of_size_m = self.settings.position_sd_of_size * 2.0 * f64::from(half_m);
         let sd_m = single(self.settings.position_sd_m.max(of_size_m));
@@ -88,6 +83,16 @@ impl Tracks {
         let seen_m = track.last_sighting().position_m;
         let of_rest = quantity::distance(&seen_m, &sighting.position_m) / metres;
         is_recent.then(|| of_motion.min(of_rest))
+    }
+
+    /// Like [`Self::share_of_gate`], for a thing that is out of view: the distance of the new belief from its way. `None`
+    /// if the thing does not move, or was not seen for too long.
+    pub(crate) fn share_along_way(&self, old: u32, fresh: u32, metres: f64) -> Option<f64> {
+        let (track, sighting) = (self.get(old)?, self.get(fresh)?.last_sighting());
+        if sighting.at.since(track.at()) > self.settings.reappear {
+            return None;
+        }
+        Some(track.distance_from_way_m(sighting.position_m, sighting.at)? / metres)
     }
 
     /// The instant of the last sighting.

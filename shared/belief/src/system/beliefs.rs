@@ -119,14 +119,25 @@ impl Beliefs {
         detection_history.is_some_and(|seen| seen.cannot_link(a as usize, b as usize))
     }
 
-    /// D of a belief and a detection of the frame that follows its last, by their [tracks](Features::distance_along_track);
-    /// `None` if it is not below the threshold.
-    pub(crate) fn distance_along_track(&self, old: u32, fresh: u32) -> Option<f64> {
+    /// D of a belief and a detection that continues its [track](Features::distance_along_track): of the frame that follows
+    /// its last, or of any later one if its expected position is out of view. `None` if D is not below the threshold.
+    pub(crate) fn distance_along_track(
+        &self,
+        old: u32,
+        fresh: u32,
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) -> Option<f64> {
+        if !self.arena.is_live(old) || !self.arena.is_snapshot(fresh) || self.cannot_link(old, fresh) {
+            return None;
+        }
         let detection_history = self.detection_history.as_ref()?;
-        let may_continue = self.arena.is_live(old)
-            && self.arena.is_snapshot(fresh)
-            && detection_history.continues(old as usize, fresh as usize);
-        if may_continue { self.features.distance_along_track(old, fresh) } else { None }
+        if detection_history.continues(old as usize, fresh as usize)
+            && let Some(distance) = self.features.distance_along_track(old, fresh, false)
+        {
+            return Some(distance);
+        }
+        let distance = self.features.distance_along_track(old, fresh, true)?;
+        self.features.place(old).is_some_and(|place| !in_view(place)).then_some(distance)
     }
 
     /// Whether the other belief is a snapshot newer than everything in `older`, and the new features can be predicted.

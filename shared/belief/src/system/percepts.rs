@@ -175,7 +175,10 @@ impl Belief {
             format!("cannot_link_same_source_instant = false (was {})", was.cannot_link_same_source_instant),
             format!("no_term_applies = \"zero\" (was {})", no_term(was.no_term_applies)),
             format!("normalised = false (was {})", was.normalised),
-            format!("no [belief.tracking] (was {})", if was.tracking.is_some() { "there" } else { "missing" }),
+            format!(
+                "no [belief.tracking] (was {})",
+                if was.tracking.is_some() { "there" } else { "missing" }
+            ),
         ]
     }
 }

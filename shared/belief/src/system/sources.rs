@@ -91,7 +91,8 @@ impl Sources {
 
     /// Whether this step is one of the first so many with a frame of one of its sources.
     pub(crate) fn is_any_new(&self, steps: u64) -> bool {
-        let is_new = |source: &Source| source.steps < steps && source.earlier.is_none_or(|at| at < source.newest);
+        let is_new =
+            |source: &Source| source.steps < steps && source.earlier.is_none_or(|at| at < source.newest);
         self.known.iter().any(is_new)
     }
 

@@ -98,7 +98,7 @@ impl StepBuilder<'_> {
         // Two things of one frame cannot be linked, and neither can beliefs that merged with them.
         let detections_cannot_link = system.beliefs.has_cannot_link() && system.sources.frames() <= 1;
         let remaining = if system.defers_creation {
-            system.cluster_detections(first_new, perceived, is_clustered, detections_cannot_link)
+            system.cluster_detections(first_new, perceived, is_clustered, detections_cannot_link, &in_view)
         } else {
             let lost = system.beliefs.truncate_entries(perceived.len());
             system.rollback(lost);
@@ -106,7 +106,7 @@ impl StepBuilder<'_> {
             beliefs.set_previous_frame(|source, at| sources.before(source, at));
             let mut step = Step { beliefs, perceived, first_new };
             system.counts.merged += clustering.run(&mut step, is_clustered, detections_cannot_link);
-            system.counts.merged += system.continue_tracks(perceived);
+            system.counts.merged += system.continue_tracks(perceived, &in_view);
             system.beliefs.commit(perceived)
         };
         for remaining in system.live_len() - remaining..system.live_len() {
@@ -128,6 +128,7 @@ impl BeliefSystem {
         perceived: &[Perceived],
         is_clustered: bool,
         detections_cannot_link: bool,
+        in_view: impl Fn([f32; 3]) -> bool,
     ) -> usize {
         let lost = self.detections.truncate_entries(perceived.len());
         self.rollback(lost);
@@ -143,7 +144,7 @@ impl BeliefSystem {
         detections.admit(beliefs, first_new, self.now, perceived);
         beliefs.set_previous_frame(|source, at| sources.before(source, at));
         if let Some(merged) = matched {
-            let continued = self.continue_tracks(perceived);
+            let continued = self.continue_tracks(perceived, &in_view);
             self.counts.merged += merged + continued;
             // What was matched is remembered already.
             return if continued == 0 {
@@ -154,7 +155,7 @@ impl BeliefSystem {
         }
         let step = &mut Step { beliefs: &mut *beliefs, perceived, first_new };
         self.counts.merged += clustering.run_unmatched(step, is_clustered, detections_cannot_link);
-        self.counts.merged += self.continue_tracks(perceived);
+        self.counts.merged += self.continue_tracks(perceived, &in_view);
         self.beliefs.commit(perceived)
     }
 

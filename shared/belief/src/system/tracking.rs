@@ -36,18 +36,22 @@ impl BeliefSystem {
         }
     }
 
-    /// Merges the remaining detections with things that were detected in the source's previous frame and not in this
-    /// one: those that moved out of the gate of the distance, but not out of that of their track. Returns the number of
-    /// merges.
+    /// Merges the remaining detections with beliefs whose [track they
+    /// continue](super::beliefs::Beliefs::distance_along_track). Returns the number of merges.
     ///
-    /// The nearest pair is merged first. A thing seen once may have any velocity, so a fast one is found here.
-    pub(super) fn continue_tracks(&mut self, perceived: &[Perceived]) -> u64 {
+    /// The nearest pair is merged first. A thing seen once may have any velocity, so a fast one is found here; so is one
+    /// that comes out from behind an occluder.
+    pub(super) fn continue_tracks(
+        &mut self,
+        perceived: &[Perceived],
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) -> u64 {
         let mut merged = 0;
         if self.beliefs.features.tracking().is_none() || self.beliefs.detection_history.is_none() {
             return merged;
         }
         loop {
-            self.find_continuations();
+            self.find_continuations(&in_view);
             if self.continuations.is_empty() {
                 return merged;
             }
@@ -57,7 +61,7 @@ impl BeliefSystem {
             for index in 0..self.continuations.len() {
                 let Some(&Continuation { old, fresh, .. }) = self.continuations.get(index) else { break };
                 // An earlier pair of this round may have taken one of the two.
-                if self.beliefs.distance_along_track(old, fresh).is_some() {
+                if self.beliefs.distance_along_track(old, fresh, &in_view).is_some() {
                     self.beliefs.merge(old, fresh, perceived);
                     self.clustering.remove_member(fresh);
                     self.place_slot(old);
@@ -68,12 +72,14 @@ impl BeliefSystem {
     }
 
     /// Finds for each remaining detection the nearest track that it may continue.
-    fn find_continuations(&mut self) {
+    fn find_continuations(&mut self, in_view: impl Fn([f32; 3]) -> bool) {
         self.continuations.clear();
         for &fresh in self.beliefs.arena.fresh() {
             let mut nearest: Option<Continuation> = None;
             for &old in self.beliefs.arena.live() {
-                let Some(distance) = self.beliefs.distance_along_track(old, fresh) else { continue };
+                let Some(distance) = self.beliefs.distance_along_track(old, fresh, &in_view) else {
+                    continue;
+                };
                 if nearest.is_none_or(|nearest| distance < nearest.distance) {
                     nearest = Some(Continuation { distance, old, fresh });
                 }
@@ -141,6 +147,14 @@ impl BeliefSystem {
         self.counts.merged += 1;
     }
 
+    /// The position at which a thing is expected now; the remembered one without tracks.
+    pub(super) fn expected_place_of(&self, slot: u32) -> Option<[f32; 3]> {
+        match self.beliefs.features.motion(slot, self.now) {
+            Some(motion) => Some(motion.position_m),
+            None => self.place_of(slot),
+        }
+    }
+
     /// Whether a belief may be announced later than at its first sighting.
     pub(super) fn announces_later(&self) -> bool {
         self.beliefs.features.tracking().is_some_and(|tracking| tracking.announce_after > 1)
@@ -153,7 +167,8 @@ impl BeliefSystem {
 
     /// Announces the beliefs of which enough was observed.
     pub(super) fn announce(&mut self) {
-        let Some(tracking) = self.beliefs.features.tracking().filter(|tracking| tracking.announce_after > 1) else {
+        let Some(tracking) = self.beliefs.features.tracking().filter(|tracking| tracking.announce_after > 1)
+        else {
             return;
         };
         let (after, confidence) = (u64::from(tracking.announce_after), single(tracking.announce_confidence));

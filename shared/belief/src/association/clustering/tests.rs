@@ -289,7 +289,8 @@ impl Twins {
         }
         let step = Step { beliefs: &mut self.beliefs, perceived: &[], first_new };
         step.old().iter().for_each(|&slot| self.clustering.place(&step, slot));
-        let expected = cluster_naively(&mut Step { beliefs: &mut self.reference, perceived: &perceived, first_new });
+        let expected =
+            cluster_naively(&mut Step { beliefs: &mut self.reference, perceived: &perceived, first_new });
         self.reference.commit(&perceived);
         let mut step = Step { beliefs: &mut self.beliefs, perceived: &perceived, first_new };
         let detections_cannot_link = one_frame && step.beliefs.has_cannot_link();

@@ -46,6 +46,10 @@ impl Robot {
     }
 
     fn see(&mut self, now: Instant, seen: &[Observation], in_view: bool) {
+        self.see_where(now, seen, |_| in_view);
+    }
+
+    fn see_where(&mut self, now: Instant, seen: &[Observation], in_view: impl Fn([f32; 3]) -> bool) {
         let perceived: Vec<_> = seen
             .iter()
             .map(|observation| {
@@ -53,7 +57,7 @@ impl Robot {
                 Perceived { observation: *observation, snapshot }
             })
             .collect();
-        self.system.step(now, &perceived, 0..perceived.len(), SourceSet::of(0), |_| in_view);
+        self.system.step(now, &perceived, 0..perceived.len(), SourceSet::of(0), in_view);
         let counts = self.system.counts();
         let len = u64::try_from(self.system.live_len()).unwrap();
         assert_eq!(counts.created - counts.merged - counts.culled - counts.evicted, len);

@@ -21,7 +21,7 @@ fn stopping(seconds: f32, speed_m_s: f32) -> [f32; 3] {
     straight(0.5 * whole + part.min(0.5), speed_m_s)
 }
 
-/// The identities that a thing has had after two seconds.
+/// The identities that a thing has had, announced or not, after two seconds.
 fn identities(percepts: &Percepts, path: Path, metres_a_frame: f32, rate_hz: u16) -> u64 {
     let mut robot = Robot::new(percepts);
     let rate = f32::from(rate_hz);
@@ -79,6 +79,73 @@ fn two_equal_things_that_cross_keep_their_identities() {
         assert_eq!(robot.ids(), [1, 2], "{rate_hz} Hz, {speed_m_s} m/s");
         let x = [0, 1].map(|index| robot.system.position(index).unwrap()[0]);
         assert!((x[0] - 0.6).abs() < 0.001 && (x[1] - 0.64).abs() < 0.001, "{rate_hz} {speed_m_s} {x:?}");
+    }
+}
+
+#[test]
+fn a_thing_that_crosses_a_crowd_of_equal_ones_keeps_its_identity() {
+    for (rate_hz, speed_m_s) in [(10_u64, 0.5_f32), (10, 1.0), (30, 1.0), (200, 2.0)] {
+        let mut robot = Robot::new(&Percepts::builtin());
+        robot.system = BeliefSystem::new(&Percepts::builtin(), 128).unwrap();
+        // 63 blocks of 6 cm at 14 cm from each other; the lane is in the middle between two rows.
+        let crowd = (0..63_u8).map(|number| {
+            let [row, column] = [number / 9, number % 9].map(f32::from);
+            [0.4 + 0.14 * row, 0.14 * (column - 4.0), 0.03]
+        });
+        let crowd: Vec<_> = crowd.collect();
+        let frames = (rate_hz as f32 * 1.4 / speed_m_s) as u64;
+        for frame in 0..=frames {
+            let now = Instant::from_nanos(1_000_000_000 + frame * 1_000_000_000 / rate_hz);
+            let along = speed_m_s * frame as f32 / rate_hz as f32 - 0.7;
+            let places = crowd.iter().copied().chain([[0.75, along, 0.03]]);
+            let seen: Vec<_> = places.map(|place| block(now, place, RED)).collect();
+            robot.see(now, &seen, true);
+        }
+        assert_eq!(robot.ids(), (1..=64).collect::<Vec<_>>(), "{rate_hz} Hz, {speed_m_s} m/s");
+        let last = robot.system.motion(63, robot.system.now()).unwrap().position_m;
+        assert!(last[1] > 0.55, "{rate_hz} Hz, {speed_m_s} m/s: {last:?}");
+    }
+}
+
+#[test]
+fn a_belief_is_announced_after_three_sightings_or_a_confident_one() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let (here, there) = ([0.5, 0.0, 0.0], [0.5, 0.5, 0.0]);
+    for frame in 0..4 {
+        robot.see(ms(5 * frame), &[block(ms(5 * frame), here, RED)], true);
+    }
+    assert_eq!(robot.ids(), [1]);
+    let both = |now| [block(now, here, RED), block(now, there, BLUE)];
+    robot.see(ms(20), &both(ms(20)), true);
+    assert_eq!(robot.ids(), [1], "a false detection would look like this");
+    robot.see(ms(25), &[block(ms(25), here, RED)], true);
+    assert_eq!(robot.system.live_len(), 1, "it is not confirmed");
+    for (millis, ids) in [(30, vec![1]), (35, vec![1]), (40, vec![1, 3])] {
+        robot.see(ms(millis), &both(ms(millis)), true);
+        assert_eq!(robot.ids(), ids, "{millis}");
+    }
+    let certain = Observation { confidence: 1.0, ..block(ms(45), [0.5, -0.5, 0.0], BLUE) };
+    robot.see(ms(45), &[certain], true);
+    assert_eq!(robot.ids(), [1, 3, 4]);
+}
+
+#[test]
+fn a_thing_that_passes_behind_an_occluder_keeps_its_identity() {
+    // From 0.0 to 0.8 m the thing is hidden for 2 s.
+    let is_hidden = |y: f32| (0.0..0.8).contains(&y);
+    for (stops, colour, ids) in [(false, RED, vec![1]), (true, RED, vec![1]), (false, BLUE, vec![1, 2])] {
+        let mut robot = Robot::new(&Percepts::builtin());
+        for frame in 0..60_u16 {
+            let now = ms(1_000 + 100 * u64::from(frame));
+            let along = 0.4 * (f32::from(frame) / 10.0 - 2.0);
+            // One that stops behind the occluder comes out when it is pushed on, 2 s later.
+            let along = if stops && along >= 0.0 { (along - 0.4).max(0.0) } else { along };
+            let of = if along > 0.4 { colour } else { RED };
+            let seen = [block(now, [0.6, along, 0.03], of)];
+            let seen = if is_hidden(along) { &[][..] } else { &seen[..] };
+            robot.see_where(now, seen, |place| !is_hidden(place[1]));
+        }
+        assert_eq!(robot.ids(), ids, "stops: {stops}");
     }
 }
 
