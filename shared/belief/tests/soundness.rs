@@ -73,8 +73,8 @@ fn alleged() -> impl Strategy<Value = Option<Snapshot>> {
 
 fn assert_sound(system: &BeliefSystem, capacity: usize) -> Result<(), TestCaseError> {
     let counts = system.counts();
-    let len = u64::try_from(system.len()).unwrap();
-    prop_assert!(system.len() <= capacity);
+    let len = u64::try_from(system.len() + system.unannounced()).unwrap();
+    prop_assert!(len <= u64::try_from(capacity).unwrap());
     prop_assert_eq!(counts.created - counts.merged - counts.culled - counts.evicted, len);
     let mut last = 0;
     for belief in system.beliefs() {

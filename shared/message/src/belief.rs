@@ -106,7 +106,7 @@ impl Remembered {
 message! {
     /// An entry of a belief buffer: one remembered object (Eq. 3), evaluated at the frame's instant.
     #[derive(Debug, PartialEq)]
-    pub struct Belief as "leo/Belief/2" {
+    pub struct Belief as "leo/Belief/3" {
         /// Identity within its belief system; the older one survives a merge.
         pub id: u64,
         /// When the object was first perceived, in nanoseconds of the clock.
@@ -120,6 +120,15 @@ message! {
         /// The owner according to this perspective, or `NOBODY` for a shared object.
         pub owner: u16,
         count: u32,
+        /// Where the object is expected at the frame's instant, in metres in the perspective's frame. The position percept
+        /// is what the perspective remembers instead.
+        pub expected_position_m: [f32; 3],
+        /// Its expected velocity, in metres per second in the perspective's frame.
+        pub velocity_m_s: [f32; 3],
+        /// Variance of the expected position along each axis, in square metres; zero if positions are not predicted.
+        pub position_variance_m2: [f32; 3],
+        /// Variance of the velocity along each axis, in (m/s)²; zero if positions are not predicted.
+        pub velocity_variance_m2_s2: [f32; 3],
         percepts: [Remembered; MAX_PERCEPTS],
     }
 }
@@ -137,6 +146,10 @@ impl Belief {
             held_by,
             owner: NOBODY,
             count: 0,
+            expected_position_m: [0.0; 3],
+            velocity_m_s: [0.0; 3],
+            position_variance_m2: [0.0; 3],
+            velocity_variance_m2_s2: [0.0; 3],
             percepts: [Remembered::default(); MAX_PERCEPTS],
         }
     }

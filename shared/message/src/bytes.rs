@@ -70,7 +70,7 @@ pub enum Number {
 /// The layout of a shared type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Its versioned name, for example `leo/Belief/2`.
+    /// Its versioned name, for example `leo/Belief/3`.
     pub name: &'static str,
     /// Its size in bytes.
     pub size: usize,

@@ -194,7 +194,7 @@ fn a_schema_lists_every_field_with_its_offset() {
     let schema = Channel(TopicId::Beliefs(0)).schema();
     for line in [
         "head: leo/BeliefHead/2",
-        "entry: leo/Belief/2",
+        "entry: leo/Belief/3",
         "leo/Remembered/1: 40 bytes",
         "       0 header: leo/Header/1",
         "      40 percepts: [leo/Remembered/1; 12]",

@@ -151,6 +151,12 @@ impl BeliefSystem {
         self.announced().is_empty()
     }
 
+    /// Number of beliefs that are not announced yet.
+    #[must_use]
+    pub fn unannounced(&self) -> usize {
+        self.live_len() - self.len()
+    }
+
     /// Number of beliefs, announced or not.
     pub(super) fn live_len(&self) -> usize {
         self.beliefs.arena.live().len()
@@ -182,6 +188,12 @@ impl BeliefSystem {
             (self.beliefs.arena.memory(slot)?, self.beliefs.arena.histories(slot)?);
         let (born_at, perceived_at) = (memory.born_at.as_nanos(), memory.perceived_at.as_nanos());
         let mut belief = Belief::new(memory.id, born_at, perceived_at, memory.observations, memory.held_by);
+        if let Some(motion) = self.beliefs.features.motion(slot, instant) {
+            belief.expected_position_m = motion.position_m;
+            belief.velocity_m_s = motion.velocity_m_s;
+            belief.position_variance_m2 = motion.position_variance_m2;
+            belief.velocity_variance_m2_s2 = motion.velocity_variance_m2_s2;
+        }
         for (number, percept) in (0..).zip(&self.percepts) {
             if let Some(sample) = histories.at(row, number, instant, percept.decay_per_s) {
                 let Sample { at, matching, confidence, feature } = sample;

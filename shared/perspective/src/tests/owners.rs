@@ -144,7 +144,8 @@ fn until_the_next_estimate_owners_stay_and_new_objects_have_none() {
     config.ownership = ownership(OwnershipRule::Territory);
     let mut world = Workspace::with(&config);
     let things = [[0.35, 0.1], [0.40, 0.2], [0.45, 0.0], [1.0, 0.1], [1.05, 0.2], [0.30, 0.0]];
-    let blocks = things.map(|[x, y]| block([x, y, 0.03]));
+    // They are certain, so a new one is announced at once.
+    let blocks = things.map(|[x, y]| Observation { confidence: 1.0, ..block([x, y, 0.03]) });
     let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
     let see = |some: &[Observation]| [&[person(EYES, TABLE)], some].concat();
     world.run(Duration::from_millis(300), &see(&blocks[..5]));
@@ -169,7 +170,7 @@ fn until_the_next_estimate_owners_stay_and_new_objects_have_none() {
 fn grid(x: f32, [rows, columns]: [u8; 2], pitch_m: f32) -> impl Iterator<Item = Observation> {
     (0..rows * columns).map(move |index| {
         let [row, column] = [index / columns, index % columns].map(f32::from);
-        block([x + pitch_m * row, pitch_m * column - 0.2, 0.03])
+        Observation { confidence: 1.0, ..block([x + pitch_m * row, pitch_m * column - 0.2, 0.03]) }
     })
 }
 
@@ -179,7 +180,7 @@ fn many_objects_are_compared_over_several_steps() {
     config.ownership = ownership(OwnershipRule::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 64);
     let group = |x: f32| grid(x, [4, 5], 0.1);
-    let blocks: Vec<_> = group(0.2).chain(group(0.85)).chain([block([0.1, 0.0, 0.03])]).collect();
+    let blocks: Vec<_> = group(0.2).chain(group(0.85)).chain([Observation { confidence: 1.0, ..block([0.1, 0.0, 0.03]) }]).collect();
     let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
     let see = |some: &[Observation]| [&[person(EYES, TABLE)], some].concat();
     // The first step collects the claims; each later step adds sixteen links.
