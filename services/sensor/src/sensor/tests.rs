@@ -78,7 +78,9 @@ fn an_observation_carries_the_number_of_its_source() {
 fn an_invalid_observation_is_refused_and_the_others_are_accepted() {
     let mut sensor = sensor(&[""]);
     let nan = Observation { confidence: f32::NAN, ..seen(9) };
-    let nobody = Observation { kind: ObservationKind::Person.raw(), partner: NOBODY, ..seen(9) };
+    let orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
+    let kind = ObservationKind::Person.raw();
+    let nobody = Observation { kind, partner: NOBODY, orientation_xyzw, ..seen(9) };
     let odd = Observation { states: [2.0; message::STATES], ..seen(9) };
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[nan, seen(9), nobody, nan, odd])]);
     assert_eq!(sensor.len(), 1);

@@ -4,7 +4,8 @@ use super::change::{Change, Effect};
 use super::snapshot::Object;
 use crate::language::{Language, listed};
 
-/// Describes an object among others: its noun, preceded by those features whose values differ among the others.
+/// Describes an object among others: its noun, preceded by those features whose values differ among the others. An
+/// object whose noun is unknown is a "thing".
 #[must_use]
 pub fn describe_object<'a>(
     language: &Language,
@@ -13,7 +14,8 @@ pub fn describe_object<'a>(
 ) -> String {
     let others: Vec<&Object> = among.collect();
     let last = language.features.len().saturating_sub(1);
-    let words: Vec<&str> = language
+    let has_noun = language.features.last().is_some_and(|noun| object.features.contains_key(&noun.name));
+    let words = language
         .features
         .iter()
         .enumerate()
@@ -22,8 +24,8 @@ pub fn describe_object<'a>(
             let telling = others.iter().any(|other| other.features.get(&feature.name) != Some(value));
             (index == last || telling).then_some(value.as_str())
         })
-        .collect();
-    if words.is_empty() { "thing".to_owned() } else { words.join(" ") }
+        .chain((!has_noun).then_some("thing"));
+    words.collect::<Vec<_>>().join(" ")
 }
 
 /// Describes the change of an object: "filled", "not filled", "moved".

@@ -86,7 +86,8 @@ proptest! {
         ),
     ) {
         let percepts = Percepts::builtin();
-        let mut robot = Robot::new(&percepts);
+        let system = BeliefSystem::new(&percepts, 64).unwrap();
+        let mut robot = Robot { perception: Perception::new(&percepts).unwrap(), system };
         let mut known = [BTreeMap::new(), BTreeMap::new()];
         for (number, frame) in (0..).zip(frames) {
             let at = ms(5 * number);
