@@ -370,8 +370,7 @@ mod tests {
         let complete = complete();
         let fault = |loss, mask, all| if mask == 0 || mask == all { None } else { Some(loss) };
         for mask in 0..16 {
-            let seen =
-                Observation { orientation_xyzw: masked(complete.orientation_xyzw, mask), ..complete };
+            let seen = Observation { orientation_xyzw: masked(complete.orientation_xyzw, mask), ..complete };
             assert_eq!(seen.fault(), fault(Loss::Orientation, mask, 15), "{seen:?}");
             assert_eq!(seen.orientation().is_some(), mask == 0);
             let seen = Observation { shape: masked(complete.shape, mask), ..complete };
@@ -401,7 +400,8 @@ mod tests {
         let complete = complete();
         let turned = Observation { orientation_xyzw: [UNOBSERVED; 4], ..complete };
         let sized = Observation { half_extents_m: [UNOBSERVED; 3], ..complete };
-        let fault = |kind: ObservationKind, seen| Observation { kind: kind.raw(), partner: 1, ..seen }.fault();
+        let fault =
+            |kind: ObservationKind, seen| Observation { kind: kind.raw(), partner: 1, ..seen }.fault();
         for (kind, of_turned, of_sized) in [
             (ObservationKind::Object, None, None),
             (ObservationKind::Person, Some(Loss::Orientation), None),

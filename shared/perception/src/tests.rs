@@ -233,9 +233,8 @@ fn an_unobserved_attribute_has_no_percept_and_changes_no_other() {
         ("shape", &["shape"]),
     ] {
         let snapshot = perception.perceive(&without(complete, attribute), &ROBOT);
-        let is_of_it = |value: &&PerceptValue| {
-            of_it.iter().any(|name| percepts.index(name) == Some(value.percept))
-        };
+        let is_of_it =
+            |value: &&PerceptValue| of_it.iter().any(|name| percepts.index(name) == Some(value.percept));
         let (gone, others): (Vec<_>, Vec<_>) = all.values().iter().partition(is_of_it);
         assert_eq!(gone.len(), of_it.len(), "{attribute}");
         assert_eq!(snapshot.values().iter().collect::<Vec<_>>(), others, "{attribute}");
@@ -246,7 +245,10 @@ fn an_unobserved_attribute_has_no_percept_and_changes_no_other() {
 fn a_child_of_an_unobserved_attribute_has_no_percept() {
     let text = percept("extents", "kernel = \"extents\"")
         + &percept("size", NEAREST_EDGE)
-        + &percept("long", "parent = \"extents\"\nkernel = { range = { component = \"longest_m\", from = 0.1 } }")
+        + &percept(
+            "long",
+            "parent = \"extents\"\nkernel = { range = { component = \"longest_m\", from = 0.1 } }",
+        )
         + &percept("red", NEAREST_RED)
         + &percept("position", "parent = \"extents\"\nkernel = \"position\"");
     let red = Observation { colour_rgb: [1.0, 0.0, 0.0], ..cube() };

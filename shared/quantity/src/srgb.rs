@@ -43,9 +43,14 @@ mod tests {
     #[test]
     fn the_transfer_function_is_that_of_the_standard() {
         // 10 is the last value of the linear part.
-        for (channel, linear_share) in
-            [(0, 0.0), (1, 0.000_303_527), (10, 0.003_035_270), (11, 0.003_346_536), (128, 0.215_860_500), (255, 1.0)]
-        {
+        for (channel, linear_share) in [
+            (0, 0.0),
+            (1, 0.000_303_527),
+            (10, 0.003_035_270),
+            (11, 0.003_346_536),
+            (128, 0.215_860_500),
+            (255, 1.0),
+        ] {
             let [red, green, blue] = linear([channel, 0, 255]);
             assert!((red - linear_share).abs() < 1e-9, "{channel}: {red}");
             assert_eq!([green, blue], [0.0, 1.0]);
@@ -57,7 +62,9 @@ mod tests {
     #[test]
     fn only_six_hexadecimal_digits_after_a_hash_are_a_colour() {
         assert_eq!(parse_hex("#00ff7F"), Some([0, 255, 127]));
-        for text in ["", "#", "00ff7f", "#00ff7", "#00ff7f0", "#00ff7g", "#+0ff7f", "# 0ff7f", "#00ff7é", "red"] {
+        for text in
+            ["", "#", "00ff7f", "#00ff7", "#00ff7f0", "#00ff7g", "#+0ff7f", "# 0ff7f", "#00ff7é", "red"]
+        {
             assert_eq!(parse_hex(text), None, "{text}");
         }
     }

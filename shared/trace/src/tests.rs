@@ -468,8 +468,7 @@ fn an_unusable_frame_is_refused_with_its_reason() {
 {"at_ns": 7, "source": 1, "observations": [{"position_m": [1, 0, 0], "colour_rgb": [1, null, 0]}, {"position_m": [1, 0, 0], "shape": [0, 0, 0, 2]}, {"position_m": [1, 0, 0], "size_m": [0.1, null, 0.1]}]}
 {"at_ns": 8, "source": 1, "observations": [{"kind": "person", "partner": 1, "position_m": [1, 0, 0]}, {"kind": "occluder", "position_m": [1, 0, 0], "orientation_xyzw": [0, 0, 0, 1]}]}
 "#;
-    let text =
-        text.replace("PERSON", r#"{"kind": "person", "orientation_xyzw": [0, 0, 0, 1], "partner":"#);
+    let text = text.replace("PERSON", r#"{"kind": "person", "orientation_xyzw": [0, 0, 0, 1], "partner":"#);
     // Editors on other systems write a byte order mark and other line ends.
     for text in [text.clone(), format!("\u{feff}{}", text.replace('\n', "\r\n"))] {
         let (frames, error, reader) = read(text.as_bytes());

@@ -254,3 +254,32 @@ fn prototypes<const N: usize>(percepts: &Percepts, space: Space) -> Option<(u16,
     let placed = prototypes.filter_map(|(symbol, it)| Some((symbol, it.at.as_slice().try_into().ok()?)));
     Some((percept, placed.collect()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(id: u64, x: f64, colour_rgb: Option<[f64; 3]>, shape: Option<[f64; 4]>) -> Seen {
+        Seen {
+            id,
+            words: String::new(),
+            position_m: Some([x, 0.0, 0.0]),
+            colour_rgb,
+            shape,
+            states: BTreeMap::new(),
+            is_seen: true,
+        }
+    }
+
+    #[test]
+    fn an_unknown_attribute_of_a_belief_contradicts_no_object() {
+        let (red, blue) = ([0.8, 0.05, 0.05], [0.05, 0.15, 0.8]);
+        let thing = Thing { position_m: [0.0; 3], colour_rgb: red, shape: [0.0; 4] };
+        assert_eq!(belief_in(&thing, &[seen(1, 0.02, None, None)]), Some(1));
+        assert_eq!(belief_in(&thing, &[seen(1, 0.02, Some(blue), None)]), None);
+        assert_eq!(belief_in(&thing, &[seen(1, 0.02, None, Some([1.0; 4]))]), None);
+        assert_eq!(belief_in(&thing, &[seen(1, 0.2, None, None)]), None);
+        let near = seen(2, 0.01, Some(red), Some([0.0; 4]));
+        assert_eq!(belief_in(&thing, &[seen(1, 0.02, None, None), near]), Some(2));
+    }
+}

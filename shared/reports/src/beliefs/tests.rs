@@ -142,7 +142,12 @@ fn an_attribute_that_becomes_known_is_no_correction() {
     let lines: Vec<&str> = text.lines().map(|line| line.split("1: ").last().unwrap()).collect();
     assert_eq!(
         lines,
-        ["thing at (0.50, 0.00, 0.00)", "is a square", "is a red square", "is a green square, not a red square"]
+        [
+            "thing at (0.50, 0.00, 0.00)",
+            "is a square",
+            "is a red square",
+            "is a green square, not a red square"
+        ]
     );
 }
 

@@ -42,3 +42,52 @@ pub fn describe_change(change: &Change) -> String {
         .collect();
     listed(&effects)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::snapshot::Snapshot;
+    use super::*;
+    use crate::language::FeatureWords;
+
+    fn language() -> Language {
+        let words = |name: &str| FeatureWords { name: name.to_owned(), percept: 0, values: Vec::new() };
+        Language {
+            features: vec![words("colour"), words("shape")],
+            states: Vec::new(),
+            position: 0,
+            orientation: None,
+            extents: None,
+            moved_m: 0.03,
+        }
+    }
+
+    fn object(id: u64, features: &[(&str, &str)]) -> Object {
+        let features = features.iter().map(|(name, value)| ((*name).to_owned(), (*value).to_owned()));
+        Object { id, features: features.collect(), position_m: Some([0.0; 3]), ..Object::default() }
+    }
+
+    #[test]
+    fn an_object_of_unknown_shape_is_a_thing() {
+        let other = object(9, &[("colour", "blue"), ("shape", "peg")]);
+        for (features, expected) in [
+            (&[][..], "thing"),
+            (&[("colour", "red")], "red thing"),
+            (&[("shape", "peg")], "peg"),
+            (&[("colour", "red"), ("shape", "peg")], "red peg"),
+        ] {
+            assert_eq!(describe_object(&language(), &object(1, features), [&other].into_iter()), expected);
+        }
+    }
+
+    #[test]
+    fn the_nearest_object_contradicts_no_known_feature() {
+        let nearest = |of: &[(&str, &str)], wanted: &[(&str, &str)]| {
+            let snapshot = Snapshot { objects: vec![object(1, of)], ..Snapshot::default() };
+            snapshot.nearest(&object(0, wanted).features, [0.01, 0.0, 0.0], 0.05).is_some()
+        };
+        let red_peg = [("colour", "red"), ("shape", "peg")];
+        assert!(nearest(&red_peg, &red_peg) && nearest(&red_peg, &[]) && nearest(&[], &red_peg));
+        assert!(nearest(&red_peg, &[("shape", "peg")]));
+        assert!(!nearest(&red_peg, &[("colour", "blue")]) && !nearest(&[("colour", "blue")], &red_peg));
+    }
+}

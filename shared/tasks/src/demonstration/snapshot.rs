@@ -70,7 +70,8 @@ impl Snapshot {
         self.objects
             .iter()
             .filter(|object| {
-                let mut known = features.iter().filter_map(|(name, value)| Some((object.features.get(name)?, value)));
+                let mut known =
+                    features.iter().filter_map(|(name, value)| Some((object.features.get(name)?, value)));
                 known.all(|(of_object, value)| of_object == value)
             })
             .filter_map(|object| object.distance(place_m).map(|distance| (distance, object)))

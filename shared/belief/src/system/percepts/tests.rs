@@ -84,7 +84,9 @@ fn a_contradictory_percepts_file_is_refused_with_the_position() {
 fn a_prototype_may_be_a_colour_of_srgb() {
     let text = BUILTIN.replacen("at = [0.80, 0.05, 0.05]", "at = \"#E73f0a\"", 1);
     let percepts = Percepts::parse(&text, Path::new("p.toml")).unwrap();
-    let Kernel::Nearest(nearest) = &percepts.percepts[5].kernel else { panic!("colour is a nearest prototype") };
+    let Kernel::Nearest(nearest) = &percepts.percepts[5].kernel else {
+        panic!("colour is a nearest prototype")
+    };
     let [red, green, blue] = nearest.prototypes[0].at[..] else { panic!("{nearest:?}") };
     assert!((red - 0.7991).abs() < 1e-4 && (green - 0.0497).abs() < 1e-4 && (blue - 0.0030).abs() < 1e-4);
 }
