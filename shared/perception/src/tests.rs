@@ -235,7 +235,8 @@ fn an_unobserved_attribute_has_no_percept_and_changes_no_other() {
         let snapshot = perception.perceive(&without(complete, attribute), &ROBOT);
         let is_of_it =
             |value: &&PerceptValue| of_it.iter().any(|name| percepts.index(name) == Some(value.percept));
-        let (gone, others): (Vec<_>, Vec<_>) = all.values().iter().partition(is_of_it);
+        let (gone, others): (Vec<&PerceptValue>, Vec<&PerceptValue>) =
+            all.values().iter().partition(is_of_it);
         assert_eq!(gone.len(), of_it.len(), "{attribute}");
         assert_eq!(snapshot.values().iter().collect::<Vec<_>>(), others, "{attribute}");
     }
@@ -251,7 +252,7 @@ fn a_child_of_an_unobserved_attribute_has_no_percept() {
         )
         + &percept("red", NEAREST_RED)
         + &percept("position", "parent = \"extents\"\nkernel = \"position\"");
-    let red = Observation { colour_rgb: [1.0, 0.0, 0.0], ..cube() };
+    let red = Observation { colour_rgb: [1.0, 0.0, 0.0], half_extents_m: [0.016; 3], ..cube() };
     let children = ["size", "long", "red", "position"];
     assert!(children.iter().all(|child| said(&text, &red, child).is_some()));
     let seen = without(red, "extents");

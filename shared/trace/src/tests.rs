@@ -499,7 +499,8 @@ fn an_unusable_frame_is_refused_with_its_reason() {
 /// The only observation of a trace of one frame, given its keys behind the position.
 fn only(keys: &str) -> Observation {
     let line = format!(r#"{{"at_ns": 1, "observations": [{{"position_m": [1, 0, 0]{keys}}}]}}"#);
-    let (frames, error, reader) = read(format!("{{\"leo_trace\": 1}}\n{line}\n").as_bytes());
+    let text = format!("{{\"leo_trace\": 1}}\n{line}\n");
+    let (frames, error, reader) = read(text.as_bytes());
     assert!(error.is_none() && reader.refused().is_empty(), "{keys}: {error:?} {:?}", reader.refused());
     frames[0].observations[0]
 }
