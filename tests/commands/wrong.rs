@@ -36,7 +36,7 @@ fn each_misunderstood_sentence_gets_its_own_answer() {
 
 /// A camera sees a blue square beside the table for six seconds, and then that it is gone.
 fn vanishing() -> String {
-    let square = json!({ "position_m": [0.6, -0.3, 0.03], "half_extents_m": [0.03, 0.03, 0.03],
+    let square = json!({ "position_m": [0.6, -0.3, 0.03], "size_m": [0.06, 0.06, 0.06], "shape": [0, 0, 0, 0],
                          "colour_rgb": [0.05, 0.15, 0.8], "states": { "filled": 0.0 } });
     let mut trace = json!({ "leo_trace": 1 }).to_string();
     for frame in 0..400_u64 {

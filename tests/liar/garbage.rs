@@ -58,8 +58,12 @@ impl Garbage {
 /// An observation with an error, a stale occluder, or a stranger, who may appear only once in a frame.
 fn unsound(lie: u64, began: Instant, now: Instant) -> Observation {
     let now_ns = now.as_nanos();
-    let sound =
-        Observation { position_m: ELSEWHERE_M, half_extents_m: [0.03; 3], ..Observation::object(0, now_ns) };
+    let sound = Observation {
+        position_m: ELSEWHERE_M,
+        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
+        half_extents_m: [0.03; 3],
+        ..Observation::object(0, now_ns)
+    };
     match lie % 19 {
         0 => Observation { kind: 0, ..sound },
         1 => Observation { modality: u16::MAX, ..sound },
@@ -67,10 +71,10 @@ fn unsound(lie: u64, began: Instant, now: Instant) -> Observation {
         3 => Observation { position_m: [0.5, f32::INFINITY, 0.0], ..sound },
         4 => Observation { position_m: [f32::MAX; 3], ..sound },
         5 => Observation { orientation_xyzw: [0.0; 4], ..sound },
-        6 => Observation { orientation_xyzw: [f32::NAN; 4], ..sound },
+        6 => Observation { orientation_xyzw: [0.0, 0.0, f32::NAN, 1.0], ..sound },
         7 => Observation { half_extents_m: [-1.0; 3], ..sound },
         8 => Observation { colour_rgb: [f32::NEG_INFINITY; 3], ..sound },
-        9 => Observation { shape: [f32::NAN; 4], ..sound },
+        9 => Observation { shape: [0.0, 0.0, 0.0, f32::NAN], ..sound },
         10 => Observation { confidence: -1.0, ..sound },
         11 => Observation { confidence: f32::NAN, ..sound },
         12 => Observation { kind: ObservationKind::Person.raw(), partner: NOBODY, ..sound },

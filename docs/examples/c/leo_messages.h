@@ -264,11 +264,11 @@ enum leo_loss {
     LEO_LOSS_MODALITY = 10,
     /* Its position is not finite, or out of range. */
     LEO_LOSS_POSITION = 11,
-    /* Its orientation is not a unit quaternion. */
+    /* Its orientation is not a unit quaternion, or a person or an occluder has none. */
     LEO_LOSS_ORIENTATION = 12,
-    /* Its extents are not finite, negative, or out of range. */
+    /* Its extents are negative, out of range or observed in part, or an occluder has none. */
     LEO_LOSS_EXTENTS = 13,
-    /* Its colour or shape is not in [0, 1]. */
+    /* Its colour or shape is not in [0, 1], or was observed in part. */
     LEO_LOSS_APPEARANCE = 14,
     /* Its confidence is not in [0, 1]. */
     LEO_LOSS_CONFIDENCE = 15,
@@ -1021,7 +1021,9 @@ LEO_ASSERT(offsetof(struct leo_link_health, delay) == 104, "place of delay");
 /* An observation of one object by one sensory source at one instant, in the robot's base frame.
  * 
  * An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
- * Modeling"). */
+ * Modeling").
+ * 
+ * Orientation, half extents, colour and shape are NaN in all components if they were not observed. */
 #define LEO_OBSERVATION_TYPE "leo/Observation/1"
 struct leo_observation {
     LEO_NAMED(LEO_OBSERVATION_TYPE)
@@ -1043,13 +1045,13 @@ struct leo_observation {
     float confidence;
     /* Position in the robot's base frame, in metres. */
     float position_m[3];
-    /* Orientation in the robot's base frame, quaternion `[x, y, z, w]`. */
+    /* Orientation in the robot's base frame, quaternion `[x, y, z, w]`; NaN if not observed. */
     float orientation_xyzw[4];
-    /* Half extents along the object's own axes, in metres. */
+    /* Half extents along the object's own axes, in metres; NaN if not observed. */
     float half_extents_m[3];
-    /* Colour, linear red, green and blue in [0, 1]. */
+    /* Colour, linear red, green and blue in [0, 1]; NaN if not observed. */
     float colour_rgb[3];
-    /* Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1]. */
+    /* Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1]; NaN if not observed. */
     float shape[4];
     /* Degree of each `State`; NaN if the object has no such state. */
     float states[8];

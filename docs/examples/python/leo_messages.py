@@ -227,11 +227,11 @@ class Loss(enum.IntEnum):
     MODALITY = 10
     # Its position is not finite, or out of range.
     POSITION = 11
-    # Its orientation is not a unit quaternion.
+    # Its orientation is not a unit quaternion, or a person or an occluder has none.
     ORIENTATION = 12
-    # Its extents are not finite, negative, or out of range.
+    # Its extents are negative, out of range or observed in part, or an occluder has none.
     EXTENTS = 13
-    # Its colour or shape is not in [0, 1].
+    # Its colour or shape is not in [0, 1], or was observed in part.
     APPEARANCE = 14
     # Its confidence is not in [0, 1].
     CONFIDENCE = 15
@@ -889,6 +889,8 @@ class LinkHealth(ctypes.Structure):
 #
 # An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
 # Modeling").
+#
+# Orientation, half extents, colour and shape are NaN in all components if they were not observed.
 class Observation(ctypes.Structure):
     _fields_ = [
         # When the source observed it, in nanoseconds of the clock.
@@ -909,13 +911,13 @@ class Observation(ctypes.Structure):
         ("confidence", ctypes.c_float),
         # Position in the robot's base frame, in metres.
         ("position_m", ctypes.c_float * 3),
-        # Orientation in the robot's base frame, quaternion `[x, y, z, w]`.
+        # Orientation in the robot's base frame, quaternion `[x, y, z, w]`; NaN if not observed.
         ("orientation_xyzw", ctypes.c_float * 4),
-        # Half extents along the object's own axes, in metres.
+        # Half extents along the object's own axes, in metres; NaN if not observed.
         ("half_extents_m", ctypes.c_float * 3),
-        # Colour, linear red, green and blue in [0, 1].
+        # Colour, linear red, green and blue in [0, 1]; NaN if not observed.
         ("colour_rgb", ctypes.c_float * 3),
-        # Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1].
+        # Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1]; NaN if not observed.
         ("shape", ctypes.c_float * 4),
         # Degree of each `State`; NaN if the object has no such state.
         ("states", ctypes.c_float * 8),

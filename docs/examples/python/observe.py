@@ -95,6 +95,7 @@ def look(now_ns, centre):
     block.half_extents_m[:] = (0.03, 0.03, 0.03)
     block.colour_rgb[:] = (0.80, 0.05, 0.05)
     block.shape[:] = (0.0, 0.0, 0.0, 0.0)
+    # A state that the block does not have is NaN; so are all components of an attribute that was not observed.
     block.states[:] = [math.nan] * STATES
     return [block]
 

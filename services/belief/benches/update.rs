@@ -147,7 +147,9 @@ fn observations(count: usize, frame: usize, source: u16, at: Instant) -> impl It
         let mut thing = Observation::object(source, at.as_nanos());
         thing.confidence = 0.9;
         thing.position_m = place(count, index, frame);
+        thing.orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
         thing.half_extents_m = [0.03; 3];
+        thing.shape = [0.0; 4];
         thing.colour_rgb = if index.is_multiple_of(3) { [0.8, 0.05, 0.05] } else { [0.05, 0.55, 0.1] };
         thing.set_state(State::Filled, 0.0);
         thing

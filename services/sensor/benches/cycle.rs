@@ -29,7 +29,9 @@ fn thing(at: Instant, index: u16) -> Observation {
     let mut seen = Observation::object(0, at.as_nanos());
     seen.confidence = 0.9;
     seen.position_m = [0.3 + f32::from(index / 16) * 0.11, f32::from(index % 16) * 0.11 - 0.9, 0.03];
+    seen.orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
     seen.half_extents_m = [0.03; 3];
+    seen.shape = [0.0; 4];
     seen.colour_rgb = if index.is_multiple_of(3) { [0.8, 0.05, 0.05] } else { [0.05, 0.55, 0.1] };
     seen.set_state(State::Filled, 0.0);
     seen

@@ -182,11 +182,15 @@ impl Source {
             Observation { source: self.number, confidence: alleged.confidence * self.confidence, ..alleged };
         if let Some(x_base_source) = self.x_base_source {
             let position_m = alleged.position_m.map(f64::from);
-            let orientation_xyzw = alleged.orientation_xyzw.map(f64::from);
-            let x_source_thing = Pose::<geometry::Source, Thing>::from_parts(position_m, orientation_xyzw);
+            let alleged_xyzw = alleged.orientation().map(|xyzw| xyzw.map(f64::from));
+            let xyzw = alleged_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+            let x_source_thing = Pose::<geometry::Source, Thing>::from_parts(position_m, xyzw);
             let x_base_thing = x_base_source * x_source_thing.ok_or(Loss::Orientation)?;
             observation.position_m = x_base_thing.position_m().map(single);
-            observation.orientation_xyzw = x_base_thing.orientation_xyzw().map(single);
+            // An orientation that was not observed stays unobserved in the base frame.
+            if alleged_xyzw.is_some() {
+                observation.orientation_xyzw = x_base_thing.orientation_xyzw().map(single);
+            }
         }
         // A valid source position may be out of range in the base frame.
         observation.fault().map_or(Ok(observation), Err)

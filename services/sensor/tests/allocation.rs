@@ -20,7 +20,15 @@ fn three_sources_of_which_one_bursts_and_one_falls_silent_allocate_nothing() {
     let turned = "frame = { position_m = [1.0, 0.0, 0.5], heading_deg = 30.0 }\nposition_sd_m = 0.02";
     let sources = [source(""), source(turned), source("rate_hz = 50.0")];
     let mut sensor = Sensor::new(&percepts, &sources, CAPACITY).unwrap();
-    let mut observations = vec![Observation { confidence: 0.9, ..Observation::object(0, 0) }; 10 * CAPACITY];
+    let thing = Observation {
+        confidence: 0.9,
+        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
+        half_extents_m: [0.03; 3],
+        colour_rgb: [0.8, 0.05, 0.05],
+        shape: [0.0; 4],
+        ..Observation::object(0, 0)
+    };
+    let mut observations = vec![thing; 10 * CAPACITY];
     let (mut perceived, mut news) = (0, 0);
     let allocations = allocations_in(|| {
         for cycle in 1..500_u64 {

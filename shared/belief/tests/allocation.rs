@@ -24,7 +24,9 @@ fn frame(number: u16, into: &mut Vec<Perceived>, perception: &Perception) {
         let (row, column) = (f32::from(index / 8), f32::from(index % 8));
         let mut observation = Observation::object(index % 2, at.as_nanos());
         observation.position_m = [row * 0.2 + f32::from(number) * 0.0005, column * 0.2, 0.03];
+        observation.orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
         observation.half_extents_m = [0.03; 3];
+        observation.shape = [0.0; 4];
         observation.colour_rgb = if index % 3 == 0 { [0.8, 0.05, 0.05] } else { [0.05, 0.55, 0.1] };
         observation.set_state(State::Filled, f32::from(number / 50 % 2));
         let snapshot = perception.perceive(&observation, &Frame { agent: 0 });

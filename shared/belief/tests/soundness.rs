@@ -39,6 +39,13 @@ fn observation() -> impl Strategy<Value = (Observation, i64)> {
             observation.shape = [shape, 0.0, 0.0, 0.0];
             observation.states = [state; STATES];
             observation.confidence = if sound { 0.9 } else { confidence };
+            // What was not observed; an orientation is observed only in part below.
+            match modality {
+                0 => observation.colour_rgb = [f32::NAN; 3],
+                1 => observation.shape = [f32::NAN; 4],
+                2 => observation.half_extents_m = [f32::NAN; 3],
+                _ => observation.orientation_xyzw = [0.0, 0.0, 0.0, 1.0],
+            }
             if !sound {
                 let [.., a, b, c, d] = numbers;
                 (observation.modality, observation.kind) = (modality, kind);

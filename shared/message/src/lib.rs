@@ -56,7 +56,7 @@ pub use joints::{Joints, MAX_JOINTS};
 pub use layouts::{hash, layouts};
 pub use link::LinkHealth;
 pub use loss::{LOSSES, Loss};
-pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, State};
+pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, State, UNOBSERVED};
 pub use path::{MAX_DEPTH, Path, perspectives};
 pub use percept::{Feature, MAX_PERCEPTS, Perceived, PerceptHead, PerceptValue, Snapshot};
 pub use perspectives::{MAX_PERSPECTIVES, PerspectiveHealth, Perspectives};

@@ -28,11 +28,11 @@ wire_enum! {
         Modality = 10 as "modality",
         /// Its position is not finite, or out of range.
         Position = 11 as "position",
-        /// Its orientation is not a unit quaternion.
+        /// Its orientation is not a unit quaternion, or a person or an occluder has none.
         Orientation = 12 as "orientation",
-        /// Its extents are not finite, negative, or out of range.
+        /// Its extents are negative, out of range or observed in part, or an occluder has none.
         Extents = 13 as "extents",
-        /// Its colour or shape is not in [0, 1].
+        /// Its colour or shape is not in [0, 1], or was observed in part.
         Appearance = 14 as "appearance",
         /// Its confidence is not in [0, 1].
         Confidence = 15 as "confidence",
@@ -84,9 +84,18 @@ impl Loss {
             Self::Kind => "`kind` must be 1 (object), 2 (person) or 3 (occluder)",
             Self::Modality => "`modality` must be 1 (vision), 2 (hearing) or 3 (touch)",
             Self::Position => "`position_m` must be finite and within 1000 m",
-            Self::Orientation => "`orientation_xyzw` must be a quaternion of norm 1, within 1 %",
-            Self::Extents => "`half_extents_m` must be from 0 to 1000 m",
-            Self::Appearance => "`colour_rgb` and `shape` must be from 0 to 1",
+            Self::Orientation => {
+                "`orientation_xyzw` must be a quaternion of norm 1, within 1 %, or NaN in all components (left out of a \
+                 trace) if not observed; a person and an occluder need one"
+            }
+            Self::Extents => {
+                "`half_extents_m` must be from 0 to 1000 m, or NaN in all components (left out of a trace) if not \
+                 observed; an occluder needs them"
+            }
+            Self::Appearance => {
+                "`colour_rgb` and `shape` must be from 0 to 1, or NaN in all components (left out of a trace) if not \
+                 observed"
+            }
             Self::Confidence => "`confidence` must be from 0 to 1",
             Self::Person => "`partner` of a person must be 1, 2, ..., or 0 for the robot's own head",
             Self::OverCapacity => "not all of its observations fit: raise `buffers.max_objects`",

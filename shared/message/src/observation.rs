@@ -7,6 +7,18 @@ pub const STATES: usize = 8;
 /// Agent number for no agent. The robot is agent 0, its partners are 1, 2, …
 pub const NOBODY: u16 = u16::MAX;
 
+/// Every component of an orientation, half extents, colour or shape that was not observed. It is NaN, so that no
+/// computation takes it for a measurement.
+///
+/// ```
+/// use message::{Observation, UNOBSERVED};
+/// let seen = Observation { colour_rgb: [0.8, 0.05, 0.05], ..Observation::object(0, 5) };
+/// assert_eq!((seen.colour(), seen.shape()), (Some([0.8, 0.05, 0.05]), None));
+/// let heard = Observation { colour_rgb: [UNOBSERVED; 3], ..seen };
+/// assert_eq!((heard.colour(), heard.fault()), (None, None));
+/// ```
+pub const UNOBSERVED: f32 = f32::NAN;
+
 wire_enum! {
     /// Kind of the observed object.
     ObservationKind: u16 {
@@ -50,6 +62,8 @@ message! {
     ///
     /// An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
     /// Modeling").
+    ///
+    /// Orientation, half extents, colour and shape are NaN in all components if they were not observed.
     #[derive(Debug, PartialEq)]
     pub struct Observation as "leo/Observation/1" {
         /// When the source observed it, in nanoseconds of the clock.
@@ -70,13 +84,13 @@ message! {
         pub confidence: f32,
         /// Position in the robot's base frame, in metres.
         pub position_m: [f32; 3],
-        /// Orientation in the robot's base frame, quaternion `[x, y, z, w]`.
+        /// Orientation in the robot's base frame, quaternion `[x, y, z, w]`; NaN if not observed.
         pub orientation_xyzw: [f32; 4],
-        /// Half extents along the object's own axes, in metres.
+        /// Half extents along the object's own axes, in metres; NaN if not observed.
         pub half_extents_m: [f32; 3],
-        /// Colour, linear red, green and blue in [0, 1].
+        /// Colour, linear red, green and blue in [0, 1]; NaN if not observed.
         pub colour_rgb: [f32; 3],
-        /// Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1].
+        /// Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1]; NaN if not observed.
         pub shape: [f32; 4],
         /// Degree of each [`State`]; NaN if the object has no such state.
         pub states: [f32; STATES],
@@ -84,7 +98,7 @@ message! {
 }
 
 impl Observation {
-    /// An object at the origin without states; the caller sets the other fields.
+    /// An object at the origin without states. No other attribute is observed; the caller sets those that are.
     #[must_use]
     pub fn object(source: u16, observed_at_ns: u64) -> Self {
         Self {
@@ -97,10 +111,10 @@ impl Observation {
             reserved: 0,
             confidence: 1.0,
             position_m: [0.0; 3],
-            orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
-            half_extents_m: [0.0; 3],
-            colour_rgb: [0.0; 3],
-            shape: [0.0; 4],
+            orientation_xyzw: [UNOBSERVED; 4],
+            half_extents_m: [UNOBSERVED; 3],
+            colour_rgb: [UNOBSERVED; 3],
+            shape: [UNOBSERVED; 4],
             states: [f32::NAN; STATES],
         }
     }
@@ -117,6 +131,35 @@ impl Observation {
     #[inline]
     pub fn modality(&self) -> Option<Modality> {
         Modality::from_raw(self.modality)
+    }
+
+    /// The orientation in the robot's base frame, quaternion `[x, y, z, w]`; `None` if it was not observed or is
+    /// invalid.
+    #[must_use]
+    #[inline]
+    pub fn orientation(&self) -> Option<[f32; 4]> {
+        is_unit(self.orientation_xyzw).then_some(self.orientation_xyzw)
+    }
+
+    /// The half extents along the object's own axes, in metres; `None` if they were not observed or are invalid.
+    #[must_use]
+    #[inline]
+    pub fn half_extents(&self) -> Option<[f32; 3]> {
+        are_all(self.half_extents_m, is_extent).then_some(self.half_extents_m)
+    }
+
+    /// The colour, linear red, green and blue in [0, 1]; `None` if it was not observed or is invalid.
+    #[must_use]
+    #[inline]
+    pub fn colour(&self) -> Option<[f32; 3]> {
+        are_all(self.colour_rgb, is_share).then_some(self.colour_rgb)
+    }
+
+    /// The shape descriptor, each component in [0, 1]; `None` if it was not observed or is invalid.
+    #[must_use]
+    #[inline]
+    pub fn shape(&self) -> Option<[f32; 4]> {
+        are_all(self.shape, is_share).then_some(self.shape)
     }
 
     /// The degree of a state in [0, 1]; `None` if the object has no such state.
@@ -137,60 +180,81 @@ impl Observation {
     #[inline]
     pub fn is_sound(&self) -> bool {
         // Checks all numbers without early exit, because they are usually valid. So the compiler can vectorise.
-        self.kind().is_some()
-            & self.modality().is_some()
+        self.modality().is_some()
             & self.is_placed()
-            & are_all(self.half_extents_m, is_extent)
-            & are_all(self.colour_rgb, is_share)
-            & are_all(self.shape, is_share)
+            & (are_all(self.half_extents_m, is_extent) | is_unobserved(self.half_extents_m))
+            & (are_all(self.colour_rgb, is_share) | is_unobserved(self.colour_rgb))
+            & (are_all(self.shape, is_share) | is_unobserved(self.shape))
             & are_all(self.states, is_degree)
             & is_share(self.confidence)
-            & ((self.kind() != Some(ObservationKind::Person)) | (self.partner != NOBODY))
+            & match self.kind() {
+                Some(ObservationKind::Object) => true,
+                Some(ObservationKind::Person) => self.orientation().is_some() & (self.partner != NOBODY),
+                Some(ObservationKind::Occluder) => {
+                    self.orientation().is_some() & self.half_extents().is_some()
+                }
+                None => false,
+            }
     }
 
-    /// Whether its pose is valid: position and orientation. The other fields do not depend on the frame.
+    /// Whether its pose is valid: the position, and the orientation if it was observed. The other fields do not depend
+    /// on the frame.
     #[must_use]
     #[inline]
     pub fn is_placed(&self) -> bool {
-        are_all(self.position_m, is_within_reach) & is_unit(self.orientation_xyzw)
+        are_all(self.position_m, is_within_reach)
+            & (is_unit(self.orientation_xyzw) | is_unobserved(self.orientation_xyzw))
     }
 
     /// The first invalid field, if any. Valid are: a known kind and modality; position and extents finite and within
     /// 1000 m, extents not negative; a quaternion of norm 1 within 1 %; colour, shape and confidence in [0, 1];
     /// states in [0, 1] or NaN; and for a person, the partner.
     ///
+    /// Orientation, extents, colour and shape are also valid if all their components are [`UNOBSERVED`]. A person
+    /// needs an orientation, and an occluder needs an orientation and extents.
+    ///
     /// ```
-    /// use message::{Loss, Observation};
+    /// use message::{Loss, Observation, UNOBSERVED};
     /// let sound = Observation::object(0, 5);
     /// assert_eq!(sound.fault(), None);
     /// let nowhere = Observation { position_m: [0.0, f32::NAN, 0.0], ..sound };
     /// assert_eq!(nowhere.fault(), Some(Loss::Position));
+    /// let partly = Observation { colour_rgb: [0.8, UNOBSERVED, 0.05], ..sound };
+    /// assert_eq!(partly.fault(), Some(Loss::Appearance));
     /// ```
     #[must_use]
     pub fn fault(&self) -> Option<Loss> {
-        let is_each = |numbers: &[f32], holds: fn(f32) -> bool| numbers.iter().all(|number| holds(*number));
-        let loss = if self.is_sound() {
+        if self.is_sound() {
             return None;
-        } else if self.kind().is_none() {
+        }
+        let needs_extents = self.kind() == Some(ObservationKind::Occluder);
+        let needs_orientation = needs_extents || self.kind() == Some(ObservationKind::Person);
+        let may_lack = |is_needed: bool, is_unobserved: bool| !is_needed && is_unobserved;
+        Some(if self.kind().is_none() {
             Loss::Kind
         } else if self.modality().is_none() {
             Loss::Modality
-        } else if !is_each(&self.position_m, is_within_reach) {
+        } else if !are_all(self.position_m, is_within_reach) {
             Loss::Position
-        } else if !is_unit(self.orientation_xyzw) {
+        } else if self.orientation().is_none()
+            && !may_lack(needs_orientation, is_unobserved(self.orientation_xyzw))
+        {
             Loss::Orientation
-        } else if !is_each(&self.half_extents_m, is_extent) {
+        } else if self.half_extents().is_none()
+            && !may_lack(needs_extents, is_unobserved(self.half_extents_m))
+        {
             Loss::Extents
-        } else if !is_each(&self.colour_rgb, is_share) || !is_each(&self.shape, is_share) {
+        } else if self.colour().is_none() && !is_unobserved(self.colour_rgb)
+            || self.shape().is_none() && !is_unobserved(self.shape)
+        {
             Loss::Appearance
-        } else if !is_each(&self.states, is_degree) {
+        } else if !are_all(self.states, is_degree) {
             Loss::State
         } else if !is_share(self.confidence) {
             Loss::Confidence
         } else {
             Loss::Person
-        };
-        Some(loss)
+        })
     }
 }
 
@@ -202,7 +266,13 @@ fn are_all<const COUNT: usize>(numbers: [f32; COUNT], holds: impl Fn(f32) -> boo
     numbers.into_iter().fold(true, |all, number| all & holds(number))
 }
 
-// All predicates return false for NaN.
+/// Whether every component of an attribute says that it was not observed.
+#[inline]
+fn is_unobserved<const COUNT: usize>(numbers: [f32; COUNT]) -> bool {
+    are_all(numbers, f32::is_nan)
+}
+
+// All predicates below return false for NaN, except that of a degree.
 #[inline]
 fn is_within_reach(coordinate_m: f32) -> bool {
     coordinate_m.abs() <= REACH_M
@@ -245,10 +315,16 @@ mod tests {
         assert!(!Observation { kind: 77, ..sound }.is_sound());
     }
 
+    const UPRIGHT: [f32; 4] = [0.0, 0.0, 0.0, 1.0];
+
     #[test]
     fn every_fault_is_distinguished() {
-        let sound =
-            Observation { kind: ObservationKind::Person.raw(), partner: 1, ..Observation::object(1, 5) };
+        let sound = Observation {
+            kind: ObservationKind::Person.raw(),
+            partner: 1,
+            orientation_xyzw: UPRIGHT,
+            ..Observation::object(1, 5)
+        };
         assert_eq!(sound.fault(), None);
         for (unsound, loss) in [
             (Observation { kind: 0, ..sound }, Loss::Kind),
@@ -256,11 +332,9 @@ mod tests {
             (Observation { position_m: [0.0, f32::INFINITY, 0.0], ..sound }, Loss::Position),
             (Observation { position_m: [0.0, -1000.5, 0.0], ..sound }, Loss::Position),
             (Observation { orientation_xyzw: [0.0; 4], ..sound }, Loss::Orientation),
-            (Observation { orientation_xyzw: [f32::NAN; 4], ..sound }, Loss::Orientation),
             (Observation { half_extents_m: [0.1, -0.1, 0.1], ..sound }, Loss::Extents),
-            (Observation { half_extents_m: [0.1, f32::NAN, 0.1], ..sound }, Loss::Extents),
             (Observation { colour_rgb: [0.0, 0.0, 1.5], ..sound }, Loss::Appearance),
-            (Observation { shape: [0.0, 0.0, 0.0, f32::NAN], ..sound }, Loss::Appearance),
+            (Observation { shape: [f32::NEG_INFINITY; 4], ..sound }, Loss::Appearance),
             (Observation { states: [f32::INFINITY; STATES], ..sound }, Loss::State),
             (Observation { states: [-0.5; STATES], ..sound }, Loss::State),
             (Observation { confidence: -0.5, ..sound }, Loss::Confidence),
@@ -268,6 +342,73 @@ mod tests {
             (Observation { partner: NOBODY, ..sound }, Loss::Person),
         ] {
             assert_eq!(unsound.fault(), Some(loss), "{unsound:?}");
+        }
+    }
+
+    /// A thing of which everything was observed.
+    fn complete() -> Observation {
+        Observation {
+            orientation_xyzw: UPRIGHT,
+            half_extents_m: [0.03; 3],
+            colour_rgb: [0.0; 3],
+            shape: [0.0; 4],
+            ..Observation::object(1, 5)
+        }
+    }
+
+    /// The components, of which those whose bit in the mask is set are unobserved.
+    fn masked<const COUNT: usize>(numbers: [f32; COUNT], mask: u32) -> [f32; COUNT] {
+        let mut component = 0..;
+        numbers.map(|number| {
+            let is_masked = component.next().is_some_and(|at: u32| mask & (1 << at) != 0);
+            if is_masked { UNOBSERVED } else { number }
+        })
+    }
+
+    #[test]
+    fn an_attribute_is_observed_in_all_its_components_or_in_none() {
+        let complete = complete();
+        let fault = |loss, mask, all| if mask == 0 || mask == all { None } else { Some(loss) };
+        for mask in 0..16 {
+            let seen = Observation { orientation_xyzw: masked(complete.orientation_xyzw, mask), ..complete };
+            assert_eq!(seen.fault(), fault(Loss::Orientation, mask, 15), "{seen:?}");
+            assert_eq!(seen.orientation().is_some(), mask == 0);
+            let seen = Observation { shape: masked(complete.shape, mask), ..complete };
+            assert_eq!(seen.fault(), fault(Loss::Appearance, mask, 15), "{seen:?}");
+            assert_eq!(seen.shape().is_some(), mask == 0);
+        }
+        for mask in 0..8 {
+            let seen = Observation { half_extents_m: masked(complete.half_extents_m, mask), ..complete };
+            assert_eq!(seen.fault(), fault(Loss::Extents, mask, 7), "{seen:?}");
+            assert_eq!(seen.half_extents().is_some(), mask == 0);
+            let seen = Observation { colour_rgb: masked(complete.colour_rgb, mask), ..complete };
+            assert_eq!(seen.fault(), fault(Loss::Appearance, mask, 7), "{seen:?}");
+            assert_eq!(seen.colour().is_some(), mask == 0);
+        }
+    }
+
+    #[test]
+    fn a_new_observation_has_no_attribute_yet() {
+        let seen = Observation::object(1, 5);
+        assert!(seen.is_sound());
+        assert_eq!((seen.orientation(), seen.half_extents()), (None, None));
+        assert_eq!((seen.colour(), seen.shape()), (None, None));
+    }
+
+    #[test]
+    fn a_person_needs_an_orientation_and_an_occluder_also_extents() {
+        let complete = complete();
+        let turned = Observation { orientation_xyzw: [UNOBSERVED; 4], ..complete };
+        let sized = Observation { half_extents_m: [UNOBSERVED; 3], ..complete };
+        let fault =
+            |kind: ObservationKind, seen| Observation { kind: kind.raw(), partner: 1, ..seen }.fault();
+        for (kind, of_turned, of_sized) in [
+            (ObservationKind::Object, None, None),
+            (ObservationKind::Person, Some(Loss::Orientation), None),
+            (ObservationKind::Occluder, Some(Loss::Orientation), Some(Loss::Extents)),
+        ] {
+            assert_eq!(fault(kind, complete), None);
+            assert_eq!((fault(kind, turned), fault(kind, sized)), (of_turned, of_sized), "{kind:?}");
         }
     }
 

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use message::{Feature, State};
+use message::{Feature, Observation, State};
 
 use crate::percepts::{self, Definition, Range, Region};
 use crate::prototypes::Prototypes;
@@ -51,14 +51,16 @@ impl Kernel {
         }
     }
 
-    /// Classifies the observation.
+    /// Classifies the observation; no match if the attribute that it reads was not observed.
     #[inline]
     pub(crate) fn classify(&self, input: &ClassifierInput<'_>) -> Evaluation {
         let observation = input.observation;
         match self {
             Self::Position => Evaluation::certain(Feature::Vector(observation.position_m)),
-            Self::Orientation => Evaluation::certain(Feature::Orientation(observation.orientation_xyzw)),
-            Self::Extents => Evaluation::certain(Feature::Vector(observation.half_extents_m)),
+            Self::Orientation => orientation(observation),
+            Self::Extents => observation
+                .half_extents()
+                .map_or(Evaluation::NONE, |half_m| Evaluation::certain(Feature::Vector(half_m))),
             Self::Source => Evaluation::certain(Feature::Symbol(observation.source)),
             Self::State(state) => observation
                 .state(*state)
@@ -90,6 +92,12 @@ impl Kernel {
             | Self::Plugin(_) => None,
         }
     }
+}
+
+/// The evaluation of the orientation; no match if it was not observed.
+#[inline]
+pub(crate) fn orientation(observation: &Observation) -> Evaluation {
+    observation.orientation().map_or(Evaluation::NONE, |xyzw| Evaluation::certain(Feature::Orientation(xyzw)))
 }
 
 #[inline]

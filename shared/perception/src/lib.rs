@@ -136,6 +136,9 @@ impl<'a> ClassifierInput<'a> {
 /// assert_eq!(Mine.classify(&ClassifierInput::new(&held, Frame { agent: 0 })).feature, Feature::Number(0.0));
 /// ```
 ///
+/// An attribute that was not observed is NaN: read it with [`Observation::colour`], [`Observation::shape`],
+/// [`Observation::half_extents`] and [`Observation::orientation`], and return [`Evaluation::NONE`] without it.
+///
 /// A child percept gets the evaluation of its parent. Its own derived feature is passed to its children in turn: a
 /// region below it, for example, tests the position that it derived.
 ///
@@ -151,7 +154,8 @@ impl<'a> ClassifierInput<'a> {
 ///         let Some(Evaluation { feature: Feature::Vector([x, y, z]), .. }) = input.parent else {
 ///             return Evaluation::NONE;
 ///         };
-///         let [_, _, half] = input.observation.half_extents_m;
+///         // The top of a thing whose extents were not observed is unknown.
+///         let Some([_, _, half]) = input.observation.half_extents() else { return Evaluation::NONE };
 ///         Evaluation::certain(Feature::Vector([x, y, z + half]))
 ///     }
 /// }
@@ -249,7 +253,8 @@ impl Perception {
     }
 
     /// The percept snapshot of an observation in the perspective's frame (Eq. 2): the evaluations with m·c > k, in
-    /// order of the percepts. The snapshot of an unsound observation is empty.
+    /// order of the percepts. The snapshot of an unsound observation is empty. A percept of an attribute that was not
+    /// observed has no evaluation.
     ///
     /// A percept with a parent is evaluated only if its parent passed; below a region or a range, only if the result is
     /// "inside". A percept that classifies its parent's feature ([`percepts::Kernel::reads`]) has the parent's
@@ -314,8 +319,7 @@ impl Perception {
                     replace_value(percept, self.evaluation(percept, evaluation, sure), snapshot)
                 }
                 (Kernel::Orientation, None) => {
-                    let evaluation =
-                        Evaluation::certain(Feature::Orientation(input.observation.orientation_xyzw));
+                    let evaluation = kernel::orientation(input.observation);
                     replace_value(percept, self.evaluation(percept, evaluation, sure), snapshot)
                 }
                 _ => self.reevaluate_other(percept, input, snapshot),

@@ -1,8 +1,12 @@
 //! The settings of a percept's classifier, and the percept set that a [`Perception`](crate::Perception) is made of.
 
+use std::fmt;
+
 use message::{Feature, State};
 use quantity::number::single;
-use serde::Deserialize;
+use quantity::srgb;
+use serde::de::{SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use settings::number::{NotNegative, Positive};
 
 /// A region or a range gates its children: they are evaluated only if its degree exceeds this.
@@ -113,6 +117,23 @@ impl Space {
             Self::EdgeM => 1,
         }
     }
+
+    /// Whether an observation can have this coordinate; false for NaN.
+    fn holds(self, coordinate: f64) -> bool {
+        match self {
+            Self::Shape | Self::Colour => (0.0..=1.0).contains(&coordinate),
+            Self::EdgeM => coordinate > 0.0 && coordinate.is_finite(),
+        }
+    }
+
+    /// What [`Self::holds`] requires; completes the sentence "the space has …".
+    const fn range(self) -> &'static str {
+        match self {
+            Self::Shape => "elongated, flat, round and tapered, each from 0 to 1",
+            Self::Colour => "linear red, green and blue, each from 0 to 1, or \"#rrggbb\"",
+            Self::EdgeM => "an edge in metres, finite and above 0",
+        }
+    }
 }
 
 /// A prototype.
@@ -121,8 +142,40 @@ impl Space {
 pub struct Prototype {
     /// The name of its symbol.
     pub name: String,
-    /// Its coordinates, one per dimension of the space.
+    /// Its coordinates, one per dimension of the space. The file may give a colour as `"#rrggbb"` in sRGB; it is
+    /// converted to linear red, green and blue.
+    #[serde(deserialize_with = "coordinates")]
     pub at: Vec<f64>,
+}
+
+/// Reads the coordinates of a prototype: a list of numbers, or a colour of sRGB as `"#rrggbb"`.
+fn coordinates<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
+    struct Coordinates;
+
+    impl<'de> Visitor<'de> for Coordinates {
+        type Value = Vec<f64>;
+
+        fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+            out.write_str("a list of numbers, or a colour as \"#rrggbb\"")
+        }
+
+        fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
+            let srgb8 = srgb::parse_hex(text).ok_or_else(|| {
+                E::custom(format_args!("`{text}` is no colour: give \"#rrggbb\", six hexadecimal digits"))
+            })?;
+            Ok(srgb::linear(srgb8).to_vec())
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut from: A) -> Result<Self::Value, A::Error> {
+            let mut numbers = Vec::new();
+            while let Some(number) = from.next_element()? {
+                numbers.push(number);
+            }
+            Ok(numbers)
+        }
+    }
+
+    from.deserialize_any(Coordinates)
 }
 
 /// A box in the perspective's frame; its sides may be infinite.
@@ -351,8 +404,9 @@ fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
             let given = prototype.at.len();
             return Err(format!("prototype `{name}` has {given} numbers: its space has {dimensions}"));
         }
-        if !prototype.at.iter().all(|part| part.is_finite()) {
-            return Err(format!("prototype `{name}` has a number that is not finite"));
+        if let Some(outside) = prototype.at.iter().find(|part| !nearest.space.holds(**part)) {
+            let range = nearest.space.range();
+            return Err(format!("`at` of prototype `{name}` has {outside}: its space has {range}"));
         }
         if nearest.prototypes.iter().take(index).any(|earlier| earlier.name == *name) {
             return Err(format!("a second prototype named `{name}`"));

@@ -30,9 +30,9 @@ impl Prototypes {
 
     /// With d₁ and d₂ the distances of the nearest and the second nearest prototype: match max(0, 1 − d₁ / scale), and
     /// confidence 1 − (d₁ / d₂)². The confidence is 0 half way between two prototypes, and 1 if there is only one. Of
-    /// equally near ones the first is chosen.
+    /// equally near ones the first is chosen. No match if the attribute was not observed.
     pub(crate) fn classify(&self, observation: &Observation) -> Evaluation {
-        self.nearest(&self.point(observation))
+        self.point(observation).map_or(Evaluation::NONE, |point| self.nearest(&point))
     }
 
     /// Classifies a vector that a parent derived: half extents, or linear red, green and blue.
@@ -67,11 +67,12 @@ impl Prototypes {
         }
     }
 
-    fn point(&self, observation: &Observation) -> [f64; DIMENSIONS] {
+    /// The point of the observed attribute; `None` if it was not observed.
+    fn point(&self, observation: &Observation) -> Option<[f64; DIMENSIONS]> {
         match self.space {
-            Space::Shape => observation.shape.map(f64::from),
-            Space::Colour => colour(observation.colour_rgb),
-            Space::EdgeM => edge(observation.half_extents_m),
+            Space::Shape => observation.shape().map(|shape| shape.map(f64::from)),
+            Space::Colour => observation.colour().map(colour),
+            Space::EdgeM => observation.half_extents().map(edge),
         }
     }
 }

@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use message::State;
+use message::{State, UNOBSERVED};
 use proptest::prelude::*;
 use serde::Deserialize;
 
@@ -203,6 +203,65 @@ fn single(value: f64) -> f32 {
     quantity::number::single(value)
 }
 
+/// The observation without one of its attributes.
+fn without(mut seen: Observation, attribute: &str) -> Observation {
+    match attribute {
+        "orientation" => seen.orientation_xyzw = [UNOBSERVED; 4],
+        "extents" => seen.half_extents_m = [UNOBSERVED; 3],
+        "colour" => seen.colour_rgb = [UNOBSERVED; 3],
+        "shape" => seen.shape = [UNOBSERVED; 4],
+        other => panic!("{other} is no attribute"),
+    }
+    seen
+}
+
+#[test]
+fn an_unobserved_attribute_has_no_percept_and_changes_no_other() {
+    let percepts = Percepts::builtin();
+    let perception = Perception::new(&percepts).unwrap();
+    let complete = Observation {
+        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
+        colour_rgb: [0.8, 0.05, 0.05],
+        shape: [0.0; 4],
+        ..cube()
+    };
+    let all = perception.perceive(&complete, &ROBOT);
+    for (attribute, of_it) in [
+        ("orientation", &["orientation"][..]),
+        ("extents", &["extents", "size"]),
+        ("colour", &["colour"]),
+        ("shape", &["shape"]),
+    ] {
+        let snapshot = perception.perceive(&without(complete, attribute), &ROBOT);
+        let is_of_it =
+            |value: &&PerceptValue| of_it.iter().any(|name| percepts.index(name) == Some(value.percept));
+        let (gone, others): (Vec<&PerceptValue>, Vec<&PerceptValue>) =
+            all.values().iter().partition(is_of_it);
+        assert_eq!(gone.len(), of_it.len(), "{attribute}");
+        assert_eq!(snapshot.values().iter().collect::<Vec<_>>(), others, "{attribute}");
+    }
+}
+
+#[test]
+fn a_child_of_an_unobserved_attribute_has_no_percept() {
+    let text = percept("extents", "kernel = \"extents\"")
+        + &percept("size", NEAREST_EDGE)
+        + &percept(
+            "long",
+            "parent = \"extents\"\nkernel = { range = { component = \"longest_m\", from = 0.1 } }",
+        )
+        + &percept("red", NEAREST_RED)
+        + &percept("position", "parent = \"extents\"\nkernel = \"position\"");
+    let red = Observation { colour_rgb: [1.0, 0.0, 0.0], half_extents_m: [0.016; 3], ..cube() };
+    let children = ["size", "long", "red", "position"];
+    assert!(children.iter().all(|child| said(&text, &red, child).is_some()));
+    let seen = without(red, "extents");
+    assert!(children.iter().all(|child| said(&text, &seen, child).is_none()));
+    // A parent that only gates a percept does not stand in for the attribute that the percept reads.
+    let seen = without(red, "colour");
+    assert_eq!((said(&text, &seen, "red"), said(&text, &seen, "size").is_some()), (None, true));
+}
+
 proptest! {
     #[test]
     fn every_perceived_value_is_above_the_threshold_and_in_order(
@@ -302,6 +361,7 @@ fn perceiving(percepts: &Percepts) -> Perception {
 
 fn thing() -> impl Strategy<Value = Observation> {
     let states = prop_oneof![Just(f32::NAN), 0.0..=1.0_f32];
+    let attributes = prop::sample::subsequence(vec!["orientation", "extents", "colour", "shape"], 0..=4);
     (
         prop::array::uniform3(-2.0..2.0_f32),
         prop::array::uniform3(0.0..0.1_f32),
@@ -309,12 +369,14 @@ fn thing() -> impl Strategy<Value = Observation> {
         prop::array::uniform4(0.0..=1.0_f32),
         states,
         0.4..=1.0_f32,
+        attributes,
     )
-        .prop_map(|(position_m, half_extents_m, colour_rgb, shape, filled, confidence)| {
-            let mut thing =
-                Observation { position_m, half_extents_m, colour_rgb, shape, confidence, ..cube() };
+        .prop_map(|(position_m, half_extents_m, colour_rgb, shape, filled, confidence, unobserved)| {
+            let orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
+            let seen = Observation { position_m, orientation_xyzw, half_extents_m, ..cube() };
+            let mut thing = Observation { colour_rgb, shape, confidence, ..seen };
             thing.set_state(State::Filled, filled);
-            thing
+            unobserved.into_iter().fold(thing, without)
         })
 }
 
@@ -339,7 +401,9 @@ proptest! {
     ) {
         let perception = perceiving(&tree);
         let known = perception.perceive(&mine, &ROBOT);
-        let his = Observation { position_m: his_m, orientation_xyzw: [0.6, 0.0, 0.0, 0.8], ..mine };
+        // An orientation that was not observed stays unobserved in another frame.
+        let orientation_xyzw = mine.orientation().map_or(mine.orientation_xyzw, |_| [0.6, 0.0, 0.0, 0.8]);
+        let his = Observation { position_m: his_m, orientation_xyzw, ..mine };
         let frame = Frame { agent };
         let anew = perception.perceive(&his, &frame);
         prop_assert_eq!(rebuilt(&perception, &his, &known, &frame), anew);

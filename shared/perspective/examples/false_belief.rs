@@ -25,6 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let y_m = f32::from(y_cm) / 100.0;
         let observe = |position_m| Observation {
             position_m,
+            orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
             confidence: 0.9,
             ..Observation::object(0, now.as_nanos())
         };

@@ -49,6 +49,7 @@
 //! };
 //! let wall = Observation {
 //!     kind: ObservationKind::Occluder.raw(),
+//!     orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
 //!     half_extents_m: [0.01, 0.25, 0.25],
 //!     ..block([0.75, -0.5, 0.25])
 //! };

@@ -2,22 +2,36 @@ use geometry::{Base, Person, Pose, Position, Thing};
 use message::Observation;
 use quantity::number::single;
 
-/// The pose of an observation in the base frame; `None` if its numbers are no valid pose.
+/// The pose of an observation in the base frame; `None` if its orientation was not observed, or if its numbers are no
+/// valid pose.
 #[must_use]
 pub fn place_of<B>(observation: &Observation) -> Option<Pose<Base, B>> {
     Pose::from_parts(observation.position_m.map(f64::from), observation.orientation_xyzw.map(f64::from))
 }
 
-/// The pose and half extents of the bounding box of an observed thing, in the base frame and in metres.
+/// The pose and half extents of the bounding box of an observed thing, in the base frame and in metres; `None` if its
+/// numbers are no valid pose.
+///
+/// What was not observed does not prevent an answer about visibility: the box of a thing of unknown orientation is
+/// upright, and that of a thing of unknown extents is a point.
 #[must_use]
 pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [f64; 3])> {
-    Some((place_of(observation)?, observation.half_extents_m.map(f64::from)))
+    let is_turned = has_orientation(observation);
+    let xyzw = if is_turned { observation.orientation_xyzw.map(f64::from) } else { [0.0, 0.0, 0.0, 1.0] };
+    let x_base_thing = Pose::from_parts(observation.position_m.map(f64::from), xyzw)?;
+    Some((x_base_thing, observation.half_extents().map_or([0.0; 3], |half_m| half_m.map(f64::from))))
+}
+
+/// Whether the orientation was observed, valid or not.
+#[inline]
+fn has_orientation(observation: &Observation) -> bool {
+    observation.orientation_xyzw.iter().any(|part| !part.is_nan())
 }
 
 /// P (Eq. 9): brings an observation into a person's frame.
 ///
 /// Only the pose changes. Other indexical content (left, near, mine) is not part of an observation: it is
-/// perceived again in the new frame.
+/// perceived again in the new frame. An orientation that was not observed stays unobserved.
 ///
 /// Example: the partner stands at x = 1.5 m facing the robot. So P(x, y, z) = (1.5 − x, −y, z), and every
 /// heading changes by half a turn. A thing at (0.5, 0.25, 0.05) m, turned by a quarter to the left, maps to
@@ -63,7 +77,9 @@ pub fn observe_from(
 ) {
     let x_person_thing = *x_person_base * *x_base_thing;
     observation.position_m = x_person_thing.position_m().map(single);
-    observation.orientation_xyzw = x_person_thing.orientation_xyzw().map(single);
+    if has_orientation(observation) {
+        observation.orientation_xyzw = x_person_thing.orientation_xyzw().map(single);
+    }
 }
 
 /// Transforms a position of a person's frame into the base frame.

@@ -1,6 +1,7 @@
-//! Number conversions with defined behaviour at the limits, and the distance of two points.
+//! Number conversions with defined behaviour at the limits, the distance of two points, and colours of sRGB.
 
 pub mod number;
+pub mod srgb;
 
 /// The Euclidean distance of two points, in the unit of their coordinates.
 ///

@@ -1,8 +1,11 @@
 //! The serialised form of a frame: a JSON object, as a line or as a message of an MCAP file.
 
-use message::{Modality, NOBODY, Observation, ObservationKind, STATES, State};
+use std::fmt;
+
+use message::{Modality, NOBODY, Observation, ObservationKind, STATES, State, UNOBSERVED};
 use quantity::number::single;
-use serde::de::{Error as _, SeqAccess, Visitor};
+use quantity::srgb;
+use serde::de::{Error, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use crate::Frame;
@@ -28,16 +31,18 @@ struct SerializedObservation {
     kind: ObservationKind,
     partner: Option<u16>,
     position_m: Reals<3>,
-    #[serde(default = "upright")]
-    orientation_xyzw: Reals<4>,
-    #[serde(default)]
-    half_extents_m: Reals<3>,
-    #[serde(default)]
-    colour_rgb: Reals<3>,
-    #[serde(default)]
-    shape: Reals<4>,
-    #[serde(default)]
-    states: States,
+    // An attribute that is missing or `null` was not observed.
+    orientation_xyzw: Option<Reals<4>>,
+    half_extents_m: Option<Reals<3>>,
+    size_m: Option<Reals<3>>,
+    #[serde(alias = "color")]
+    colour: Option<HexColour>,
+    #[serde(alias = "color_rgb")]
+    colour_rgb: Option<Reals<3>>,
+    #[serde(alias = "color_srgb8")]
+    colour_srgb8: Option<Srgb8>,
+    shape: Option<Reals<4>>,
+    states: Option<States>,
     #[serde(default = "sure")]
     confidence: Real,
     held_by: Option<u16>,
@@ -77,6 +82,15 @@ struct Real(f32);
 /// Exactly N numbers.
 struct Reals<const N: usize>([f32; N]);
 
+/// A colour of sRGB, written as `#rrggbb`.
+struct HexColour([u8; 3]);
+
+/// A colour of sRGB, written as three whole numbers.
+struct Srgb8([u8; 3]);
+
+/// A whole number from 0 to 255.
+struct Byte(u8);
+
 /// Deserialises at most [`MAX_OBSERVATIONS`] observations.
 fn bounded<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<SerializedObservation>, D::Error> {
     struct Bounded;
@@ -84,7 +98,7 @@ fn bounded<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<SerializedObservati
     impl<'de> Visitor<'de> for Bounded {
         type Value = Vec<SerializedObservation>;
 
-        fn expecting(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
             out.write_str("a sequence")
         }
 
@@ -111,10 +125,6 @@ const fn object() -> ObservationKind {
 
 const fn vision() -> Modality {
     Modality::Vision
-}
-
-fn upright() -> Reals<4> {
-    Reals([0.0, 0.0, 0.0, 1.0])
 }
 
 fn sure() -> Real {
@@ -147,6 +157,8 @@ impl SerializedObservation {
         if self.partner == Some(NOBODY) {
             return Err("a partner's number is from 1 to 65534 (0 is the robot's own head)");
         }
+        let half_extents_m = self.half_extents_m()?;
+        let colour_rgb = self.linear_colour()?;
         let mut observation = Observation {
             modality: self.modality.raw(),
             kind: self.kind.raw(),
@@ -154,13 +166,13 @@ impl SerializedObservation {
             held_by: self.held_by.unwrap_or(NOBODY),
             confidence: self.confidence.0,
             position_m: self.position_m.0,
-            orientation_xyzw: self.orientation_xyzw.0,
-            half_extents_m: self.half_extents_m.0,
-            colour_rgb: self.colour_rgb.0,
-            shape: self.shape.0,
+            orientation_xyzw: observed(self.orientation_xyzw.as_ref()),
+            half_extents_m,
+            colour_rgb,
+            shape: observed(self.shape.as_ref()),
             ..Observation::object(source, self.observed_at_ns.unwrap_or(at_ns))
         };
-        let States { filled, marked, inserted, on } = self.states;
+        let States { filled, marked, inserted, on } = self.states.unwrap_or_default();
         let states =
             [(State::Filled, filled), (State::Marked, marked), (State::Inserted, inserted), (State::On, on)];
         for (state, degree) in states {
@@ -168,6 +180,37 @@ impl SerializedObservation {
         }
         Ok(observation)
     }
+
+    /// Half the extents, from the key that has them.
+    fn half_extents_m(&self) -> Result<[f32; 3], &'static str> {
+        match (&self.half_extents_m, &self.size_m) {
+            (Some(_), Some(_)) => {
+                Err("the size is given twice: keep one of `half_extents_m` and `size_m` (full extents)")
+            }
+            (half_m, None) => Ok(observed(half_m.as_ref())),
+            (None, Some(Reals(full_m))) => Ok(full_m.map(|extent_m| extent_m / 2.0)),
+        }
+    }
+
+    /// Linear red, green and blue, from the key that has them.
+    fn linear_colour(&self) -> Result<[f32; 3], &'static str> {
+        let srgb8 = match (&self.colour, &self.colour_srgb8, &self.colour_rgb) {
+            (None, None, linear) => return Ok(observed(linear.as_ref())),
+            (Some(HexColour(srgb8)), None, None) | (None, Some(Srgb8(srgb8)), None) => *srgb8,
+            (Some(_), _, _) | (None, Some(_), Some(_)) => {
+                return Err(
+                    "the colour is given twice: keep one of `colour` (#rrggbb), `colour_srgb8` (0 to 255) and \
+                     `colour_rgb` (linear, 0 to 1)",
+                );
+            }
+        };
+        Ok(srgb::linear(srgb8).map(single))
+    }
+}
+
+/// The components of an attribute, which are unobserved if it is not given.
+fn observed<const N: usize>(given: Option<&Reals<N>>) -> [f32; N] {
+    given.map_or([UNOBSERVED; N], |Reals(numbers)| *numbers)
 }
 
 impl<'de> Deserialize<'de> for Real {
@@ -176,18 +219,68 @@ impl<'de> Deserialize<'de> for Real {
     }
 }
 
-impl<const N: usize> Default for Reals<N> {
-    fn default() -> Self {
-        Self([0.0; N])
-    }
-}
-
 impl<'de, const N: usize> Deserialize<'de> for Reals<N> {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let numbers: Vec<f32> = Vec::<Real>::deserialize(from)?.into_iter().map(|real| real.0).collect();
-        let given = numbers.len();
-        let exactly = numbers.try_into().map_err(|_| D::Error::custom(format!("{given} numbers: give {N}")));
-        Ok(Self(exactly?))
+        exactly(numbers).map(Self)
+    }
+}
+
+impl<'de> Deserialize<'de> for Srgb8 {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let channels: Vec<u8> = Vec::<Byte>::deserialize(from)?.into_iter().map(|byte| byte.0).collect();
+        exactly(channels).map(Self)
+    }
+}
+
+/// An array of the numbers that were given.
+fn exactly<T, const N: usize, E: Error>(numbers: Vec<T>) -> Result<[T; N], E> {
+    let given = numbers.len();
+    numbers.try_into().map_err(|_| E::custom(format_args!("{given} numbers: give {N}")))
+}
+
+impl<'de> Deserialize<'de> for Byte {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Whole;
+
+        impl Visitor<'_> for Whole {
+            type Value = Byte;
+
+            fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+                out.write_str("a whole number from 0 to 255; linear numbers from 0 to 1 are `colour_rgb`")
+            }
+
+            fn visit_u64<E: Error>(self, number: u64) -> Result<Byte, E> {
+                let byte = u8::try_from(number);
+                byte.map(Byte).map_err(|_| E::invalid_value(Unexpected::Unsigned(number), &self))
+            }
+        }
+
+        from.deserialize_u8(Whole)
+    }
+}
+
+impl<'de> Deserialize<'de> for HexColour {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Hex;
+
+        impl Visitor<'_> for Hex {
+            type Value = HexColour;
+
+            fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+                out.write_str(
+                    "a colour as \"#rrggbb\"; a list of linear numbers is `colour_rgb`, and one of whole numbers from 0 \
+                     to 255 `colour_srgb8`",
+                )
+            }
+
+            fn visit_str<E: Error>(self, text: &str) -> Result<HexColour, E> {
+                let srgb8 = srgb::parse_hex(text);
+                srgb8.map(HexColour).ok_or_else(|| E::invalid_value(Unexpected::Str(text), &self))
+            }
+        }
+
+        from.deserialize_str(Hex)
     }
 }
 

@@ -3,7 +3,7 @@ use std::io::{Cursor, Read};
 
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
-use message::{Loss, Modality, NOBODY, Observation, ObservationKind, State};
+use message::{Loss, Modality, NOBODY, Observation, ObservationKind, State, UNOBSERVED};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
@@ -115,6 +115,7 @@ prop_compose! {
         shape in prop::array::uniform4(unit()),
         axis in prop::sample::select(vec![[0.0, 0.0, 0.0, 1.0], [0.6, 0.0, -0.8, 0.0], [0.5, 0.5, -0.5, 0.5]]),
         degrees in prop::array::uniform4(prop::option::of(unit())),
+        is_observed in prop::array::uniform4(prop::bool::weighted(0.8)),
         confidence in unit(),
         late in 0..3_u64,
     ) -> Observation {
@@ -134,8 +135,28 @@ prop_compose! {
         for (state, degree) in State::ALL.iter().zip(degrees) {
             observation.set_state(*state, degree.unwrap_or(f32::NAN));
         }
-        observation
+        let without = without(observation, is_observed);
+        // A person and an occluder need some of them.
+        if without.is_sound() { without } else { observation }
     }
+}
+
+/// An observation of which orientation, extents, colour or shape was not observed.
+fn without(mut observation: Observation, is_observed: [bool; 4]) -> Observation {
+    let [is_turned, is_sized, is_coloured, is_shaped] = is_observed;
+    if !is_turned {
+        observation.orientation_xyzw = [UNOBSERVED; 4];
+    }
+    if !is_sized {
+        observation.half_extents_m = [UNOBSERVED; 3];
+    }
+    if !is_coloured {
+        observation.colour_rgb = [UNOBSERVED; 3];
+    }
+    if !is_shaped {
+        observation.shape = [UNOBSERVED; 4];
+    }
+    observation
 }
 
 fn frames() -> impl Strategy<Value = Vec<Frame>> {
@@ -307,6 +328,51 @@ fn a_mistake_is_reported_with_its_place_and_correction() {
             "observations[0]: ",
             "from 1",
         ),
+        (
+            r##"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "colour": "#e0e0e0", "colour_rgb": [1, 1, 1]}]}"##,
+            "observations[0]: ",
+            "the colour is given twice: keep one of `colour`",
+        ),
+        (
+            r##"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "color_srgb8": [9, 9, 9], "colour_rgb": [1, 1, 1]}]}"##,
+            "observations[0]: ",
+            "the colour is given twice",
+        ),
+        (
+            r##"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "colour": "#e0e0e0", "color": "#e0e0e0"}]}"##,
+            "observations[0]",
+            "duplicate field `colour`",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "size_m": [1, 1, 1], "half_extents_m": [1, 1, 1]}]}"#,
+            "observations[0]: ",
+            "the size is given twice: keep one of `half_extents_m` and `size_m`",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "colour": [0.8, 0.05, 0.05]}]}"#,
+            "observations[0].colour: ",
+            "expected a colour as \"#rrggbb\"; a list of linear numbers is `colour_rgb`",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "color": "red"}]}"#,
+            "observations[0].color: ",
+            "string \"red\", expected a colour as \"#rrggbb\"",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "colour_srgb8": [0, 256, 0]}]}"#,
+            "observations[0].colour_srgb8[1]: ",
+            "`256`, expected a whole number from 0 to 255",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "colour_srgb8": [0.8, 0.05, 0.05]}]}"#,
+            "observations[0].colour_srgb8[0]: ",
+            "linear numbers from 0 to 1 are `colour_rgb`",
+        ),
+        (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "colour_srgb8": [0, 0]}]}"#,
+            "observations[0].colour_srgb8: ",
+            "2 numbers: give 3",
+        ),
         (r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, NaN]}]}"#, "line 2, column", "write null"),
         (r#"{"at_ns": 1.5, "observations": []}"#, "at_ns: ", "1.5"),
         (r#"{"at_ns": -1, "observations": []}"#, "at_ns: ", "-1"),
@@ -398,14 +464,17 @@ fn an_unusable_frame_is_refused_with_its_reason() {
 {"at_ns": 3, "source": 1, "observations": [{"position_m": [1, 0, 0], "states": {"on": 2}}]}
 {"at_ns": 4, "source": 1, "observations": [{"position_m": [1, 0, 0], "states": {"on": null}}]}
 {"at_ns": 5, "source": 1, "observations": [{"position_m": [1, 0, 0], "observed_at_ns": 2000000000}]}
-{"at_ns": 6, "source": 1, "observations": [{"kind": "person", "partner": 1, "position_m": [1, 0, 0]}, {"kind": "person", "partner": 2, "position_m": [1, 0, 0]}, {"kind": "person", "partner": 1, "position_m": [2, 0, 0]}, {"kind": "person", "partner": 1, "position_m": [3, 0, 0], "observed_at_ns": 5}]}
+{"at_ns": 6, "source": 1, "observations": [PERSON 1, "position_m": [1, 0, 0]}, PERSON 2, "position_m": [1, 0, 0]}, PERSON 1, "position_m": [2, 0, 0]}, PERSON 1, "position_m": [3, 0, 0], "observed_at_ns": 5}]}
+{"at_ns": 7, "source": 1, "observations": [{"position_m": [1, 0, 0], "colour_rgb": [1, null, 0]}, {"position_m": [1, 0, 0], "shape": [0, 0, 0, 2]}, {"position_m": [1, 0, 0], "size_m": [0.1, null, 0.1]}]}
+{"at_ns": 8, "source": 1, "observations": [{"kind": "person", "partner": 1, "position_m": [1, 0, 0]}, {"kind": "occluder", "position_m": [1, 0, 0], "orientation_xyzw": [0, 0, 0, 1]}]}
 "#;
+    let text = text.replace("PERSON", r#"{"kind": "person", "orientation_xyzw": [0, 0, 0, 1], "partner":"#);
     // Editors on other systems write a byte order mark and other line ends.
-    for text in [text.to_owned(), format!("\u{feff}{}", text.replace('\n', "\r\n"))] {
+    for text in [text.clone(), format!("\u{feff}{}", text.replace('\n', "\r\n"))] {
         let (frames, error, reader) = read(text.as_bytes());
         assert!(error.is_none(), "{error:?}");
         let counts: Vec<_> = frames.iter().map(|frame| (frame.at_ns, frame.observations.len())).collect();
-        assert_eq!(counts, [(5, 1), (6, 0), (3, 0), (4, 1), (5, 0), (6, 3)]);
+        assert_eq!(counts, [(5, 1), (6, 0), (3, 0), (4, 1), (5, 0), (6, 3), (7, 0), (8, 0)]);
         let refused: Vec<_> = reader
             .refused()
             .iter()
@@ -415,14 +484,60 @@ fn an_unusable_frame_is_refused_with_its_reason() {
             refused,
             [
                 (TraceRejectReason::Unusable(Loss::Position), 2, Place::Line(2)),
-                (TraceRejectReason::Unusable(Loss::Orientation), 1, Place::Line(4)),
+                (TraceRejectReason::Unusable(Loss::Orientation), 2, Place::Line(4)),
                 (TraceRejectReason::Stale, 2, Place::Line(5)),
                 (TraceRejectReason::Unusable(Loss::State), 1, Place::Line(6)),
                 (TraceRejectReason::InFuture, 1, Place::Line(8)),
                 (TraceRejectReason::Twice, 1, Place::Line(9)),
+                (TraceRejectReason::Unusable(Loss::Appearance), 2, Place::Line(10)),
+                (TraceRejectReason::Unusable(Loss::Extents), 2, Place::Line(10)),
             ]
         );
     }
+}
+
+/// The only observation of a trace of one frame, given its keys behind the position.
+fn only(keys: &str) -> Observation {
+    let line = format!(r#"{{"at_ns": 1, "observations": [{{"position_m": [1, 0, 0]{keys}}}]}}"#);
+    let text = format!("{{\"leo_trace\": 1}}\n{line}\n");
+    let (frames, error, reader) = read(text.as_bytes());
+    assert!(error.is_none() && reader.refused().is_empty(), "{keys}: {error:?} {:?}", reader.refused());
+    frames[0].observations[0]
+}
+
+#[test]
+fn a_missing_attribute_was_not_observed() {
+    let nulls = r#", "orientation_xyzw": null, "half_extents_m": null, "colour_rgb": null, "shape": null"#;
+    let parts = r#", "orientation_xyzw": [null, null, null, null], "size_m": [null, null, null],
+                   "colour_rgb": [null, null, null], "shape": [null, null, null, null]"#;
+    let others = r#", "size_m": null, "colour": null, "colour_srgb8": null, "states": null, "held_by": null"#;
+    for keys in ["", nulls, &parts.replace('\n', " "), others] {
+        let seen = only(keys);
+        assert_eq!((seen.orientation(), seen.half_extents()), (None, None), "{keys}");
+        assert_eq!((seen.colour(), seen.shape(), seen.state(State::On)), (None, None, None), "{keys}");
+    }
+    // A zero is a value.
+    let black = only(r#", "colour_rgb": [0, 0, 0], "shape": [0, 0, 0, 0], "half_extents_m": [0, 0, 0]"#);
+    assert_eq!((black.colour(), black.shape()), (Some([0.0; 3]), Some([0.0; 4])));
+    assert_eq!(black.half_extents(), Some([0.0; 3]));
+}
+
+#[test]
+fn colour_and_size_have_several_forms() {
+    let [red, green, blue] = quantity::srgb::linear([231, 63, 10]).map(quantity::number::single);
+    assert!((red - 0.7991).abs() < 1e-4 && (green - 0.0497).abs() < 1e-4, "{red} {green}");
+    for keys in [
+        r##", "colour": "#e73f0a""##,
+        r##", "color": "#E73F0A", "colour_rgb": null"##,
+        r#", "colour_srgb8": [231, 63, 10]"#,
+        r#", "color_srgb8": [231, 63, 10]"#,
+        &format!(r#", "colour_rgb": [{red}, {green}, {blue}]"#),
+        &format!(r#", "color_rgb": [{red}, {green}, {blue}]"#),
+    ] {
+        assert_eq!(only(keys).colour(), Some([red, green, blue]), "{keys}");
+    }
+    let half = only(r#", "half_extents_m": [0.25, 0.5, 0.75]"#).half_extents();
+    assert_eq!((half, half.is_some()), (only(r#", "size_m": [0.5, 1, 1.5]"#).half_extents(), true));
 }
 
 #[test]

@@ -63,6 +63,7 @@ impl Bytes<'_> {
         let across = |byte: u8| f32::from(byte) / 128.0 - 1.0;
         let mut observation = Observation {
             position_m: [0.7 + across(self.byte()), across(self.byte()), 0.2],
+            orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
             half_extents_m: [0.03; 3],
             colour_rgb: if self.byte() < 128 { [0.8, 0.05, 0.05] } else { [0.05, 0.15, 0.8] },
             ..Observation::object(u16::from(self.byte() % 3), self.instant(now))

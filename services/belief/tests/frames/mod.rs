@@ -42,6 +42,7 @@ impl Frames {
         let wall = Observation {
             kind: ObservationKind::Occluder.raw(),
             position_m: [0.5, 0.0, 0.12],
+            orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
             half_extents_m: [0.01, 0.15, 0.12],
             ..Observation::object(0, 0)
         };
@@ -69,7 +70,9 @@ fn block(thing: u16, count: u16) -> Observation {
     let sway = if carried { f32::from(count % 20) * 0.002 } else { 0.0 };
     let mut block = Observation {
         position_m: [0.1 + f32::from(thing / 8) * 0.15, -0.6 + f32::from(thing % 8) * 0.15 + sway, 0.03],
+        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
         half_extents_m: [0.03; 3],
+        shape: [0.0; 4],
         colour_rgb: if thing.is_multiple_of(2) { [0.8, 0.05, 0.05] } else { [0.05, 0.15, 0.8] },
         confidence: 0.95,
         held_by: if carried { 1 } else { NOBODY },

@@ -19,6 +19,8 @@ const DEGREE_PARTS: f64 = 20.0;
 const MIN_MOVE_M: f64 = 0.005;
 /// Extents are rounded to 2 mm.
 const EXTENT_PARTS: f64 = 500.0;
+/// Half extents of the picture of a belief whose extents are unknown, in metres.
+const UNKNOWN_HALF_M: [f64; 3] = [0.02; 3];
 
 /// A belief counts as currently perceived if its last observation is at most this old, in nanoseconds.
 const RECENT_NS: u64 = 300_000_000;
@@ -93,7 +95,7 @@ impl BeliefRenderer {
             let seen = self.seen(head, frame.as_ref(), belief);
             let counterpart = robots.and_then(|robots| counterpart(&seen, robots, differing));
             let orientation = self.orientation(frame.as_ref(), belief);
-            let extents = self.extents.and_then(|percept| belief.vector(percept));
+            let extents = self.extents.and_then(|percept| belief.vector(percept)).unwrap_or(UNKNOWN_HALF_M);
             let shown_m = seen.position_m.map(|position_m| self.place(number, belief.id, position_m));
             let agent = |agent: u16| (agent != NOBODY).then_some(agent);
             let unseen_ns = head.header.valid_at_ns.saturating_sub(belief.perceived_at_ns);
@@ -109,7 +111,7 @@ impl BeliefRenderer {
                 "words": seen.words,
                 "p": shown_m.map(numbers),
                 "q": orientation.map(|q| q.map(|part| rounded(part, 50.0))),
-                "half": extents.map(|half_m| half_m.map(|part| rounded(part, EXTENT_PARTS))),
+                "half": extents.map(|part| rounded(part, EXTENT_PARTS)),
                 "rgb": seen.colour_rgb,
                 "shape": seen.shape,
                 "colour": symbol(self.colour.as_ref().map(|(percept, _)| *percept)),
@@ -235,7 +237,8 @@ pub(crate) fn counterpart(seen: &Seen, robots: &[Seen], differing: &[Difference]
 pub(crate) fn belief_in(thing: &Thing, robots: &[Seen]) -> Option<u64> {
     let near = robots.iter().filter_map(|seen| {
         let apart_m = distance(&thing.position_m, &seen.position_m?);
-        let is_like = |one: Option<f64>| one.is_some_and(|distance| distance < 0.3);
+        // An attribute that is not known contradicts nothing.
+        let is_like = |one: Option<f64>| one.is_none_or(|distance| distance < 0.3);
         let colour = seen.colour_rgb.map(|rgb| distance(&rgb, &thing.colour_rgb));
         let shape = seen.shape.map(|shape| distance(&shape, &thing.shape));
         (apart_m <= MAX_MATCH_DISTANCE_M && is_like(colour) && is_like(shape)).then_some((apart_m, seen.id))
@@ -250,4 +253,33 @@ fn prototypes<const N: usize>(percepts: &Percepts, space: Space) -> Option<(u16,
     let prototypes = (0..).zip(&nearest.prototypes);
     let placed = prototypes.filter_map(|(symbol, it)| Some((symbol, it.at.as_slice().try_into().ok()?)));
     Some((percept, placed.collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn seen(id: u64, x: f64, colour_rgb: Option<[f64; 3]>, shape: Option<[f64; 4]>) -> Seen {
+        Seen {
+            id,
+            words: String::new(),
+            position_m: Some([x, 0.0, 0.0]),
+            colour_rgb,
+            shape,
+            states: BTreeMap::new(),
+            is_seen: true,
+        }
+    }
+
+    #[test]
+    fn an_unknown_attribute_of_a_belief_contradicts_no_object() {
+        let (red, blue) = ([0.8, 0.05, 0.05], [0.05, 0.15, 0.8]);
+        let thing = Thing { position_m: [0.0; 3], colour_rgb: red, shape: [0.0; 4] };
+        assert_eq!(belief_in(&thing, &[seen(1, 0.02, None, None)]), Some(1));
+        assert_eq!(belief_in(&thing, &[seen(1, 0.02, Some(blue), None)]), None);
+        assert_eq!(belief_in(&thing, &[seen(1, 0.02, None, Some([1.0; 4]))]), None);
+        assert_eq!(belief_in(&thing, &[seen(1, 0.2, None, None)]), None);
+        let near = seen(2, 0.01, Some(red), Some([0.0; 4]));
+        assert_eq!(belief_in(&thing, &[seen(1, 0.02, None, None), near]), Some(2));
+    }
 }

@@ -78,7 +78,9 @@ fn an_observation_carries_the_number_of_its_source() {
 fn an_invalid_observation_is_refused_and_the_others_are_accepted() {
     let mut sensor = sensor(&[""]);
     let nan = Observation { confidence: f32::NAN, ..seen(9) };
-    let nobody = Observation { kind: ObservationKind::Person.raw(), partner: NOBODY, ..seen(9) };
+    let orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
+    let kind = ObservationKind::Person.raw();
+    let nobody = Observation { kind, partner: NOBODY, orientation_xyzw, ..seen(9) };
     let odd = Observation { states: [2.0; message::STATES], ..seen(9) };
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[nan, seen(9), nobody, nan, odd])]);
     assert_eq!(sensor.len(), 1);
@@ -120,6 +122,7 @@ fn a_person_is_in_one_place_at_an_instant() {
         kind: ObservationKind::Person.raw(),
         partner,
         position_m: [x, 0.0, 0.0],
+        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
         ..seen(at)
     };
     let frame =
@@ -138,7 +141,8 @@ fn a_person_is_in_one_place_at_an_instant() {
 fn the_frame_of_a_source_is_transformed_into_the_base_frame() {
     // A camera one metre ahead of the robot that looks back at it.
     let mut sensor = sensor(&["frame = { position_m = [1.0, 0.0, 0.5], heading_deg = 180.0 }"]);
-    let thing = Observation { position_m: [0.25, 0.1, -0.5], ..seen(9) };
+    let orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
+    let thing = Observation { position_m: [0.25, 0.1, -0.5], orientation_xyzw, ..seen(9) };
     let person = Observation { kind: ObservationKind::Person.raw(), partner: 1, ..thing };
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[thing, person])]);
     let taken = reported(&sensor);
@@ -150,6 +154,18 @@ fn the_frame_of_a_source_is_transformed_into_the_base_frame() {
         // Half a turn about the vertical.
         assert!((taken.orientation_xyzw[2].abs() - 1.0).abs() < 1e-6, "{taken:?}");
     }
+}
+
+#[test]
+fn an_unobserved_orientation_stays_unobserved_in_the_base_frame() {
+    let mut sensor = sensor(&["frame = { position_m = [1.0, 0.0, 0.5], heading_deg = 180.0 }"]);
+    let thing = Observation { position_m: [0.25, 0.1, -0.5], ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[thing])]);
+    let [taken] = reported(&sensor)[..] else { panic!("{:?}", lost(&sensor)) };
+    for (is, should) in taken.position_m.iter().zip([0.75, -0.1, 0.0]) {
+        assert!((is - should).abs() < 1e-6, "{taken:?}");
+    }
+    assert_eq!((taken.orientation(), taken.fault()), (None, None));
 }
 
 #[test]

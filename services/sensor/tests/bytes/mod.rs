@@ -71,6 +71,10 @@ impl Bytes<'_> {
             half_extents_m: [0.03; 3],
             ..Observation::object(self.word(), self.instant(now))
         };
+        // Mostly upright; in the other cases the orientation was not observed.
+        if self.byte() < 224 {
+            observation.orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
+        }
         match self.byte() {
             0..=127 => {}
             128 => observation.modality = self.word(),

@@ -4,4 +4,5 @@ mod nesting;
 mod occlusion;
 mod owners;
 mod timeline;
+mod unobserved;
 mod workspace;

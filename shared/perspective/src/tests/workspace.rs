@@ -147,6 +147,8 @@ pub(super) fn is_present(partner: &Partner) -> bool {
 pub(super) fn block(position_m: [f32; 3]) -> Observation {
     Observation {
         position_m,
+        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
+        shape: [0.0; 4],
         half_extents_m: [0.03; 3],
         colour_rgb: [0.8, 0.05, 0.05],
         confidence: 0.95,
@@ -180,6 +182,7 @@ pub(super) fn wall(position_m: [f32; 3]) -> Observation {
     Observation {
         kind: ObservationKind::Occluder.raw(),
         position_m,
+        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
         half_extents_m: [0.01, 0.18, 0.125],
         ..Observation::object(0, 0)
     }

@@ -10,6 +10,8 @@ pub struct PerceptPhrases {
     pub position: Option<u16>,
     /// The percepts that classify a thing, in word order: the noun is last.
     class: Vec<u16>,
+    /// Those of the class whose word is a noun.
+    nouns: Vec<u16>,
     /// The percepts that give a thing's states.
     states: Vec<u16>,
 }
@@ -34,6 +36,7 @@ impl PerceptPhrases {
             percepts: words.collect(),
             position: percepts.place(),
             class: class.collect(),
+            nouns: percepts.nearest_in(Space::Shape).collect(),
             states: states.collect(),
         }
     }
@@ -51,12 +54,13 @@ impl PerceptPhrases {
         word.symbols.get(usize::from(symbol)).map(String::as_str)
     }
 
-    /// The class of a thing: "red square".
+    /// The class of a thing: "red square", "red thing" if its shape is unknown, or "thing" if nothing of it is known.
     #[must_use]
     pub fn thing(&self, belief: &Belief) -> String {
-        let words: Vec<&str> =
-            self.class.iter().filter_map(|percept| self.symbol(*percept, belief.symbol(*percept)?)).collect();
-        if words.is_empty() { "thing".to_owned() } else { words.join(" ") }
+        let word = |percept: &u16| self.symbol(*percept, belief.symbol(*percept)?);
+        let words = self.class.iter().filter_map(word);
+        let has_noun = self.nouns.iter().any(|percept| word(percept).is_some());
+        words.chain((!has_noun).then_some("thing")).collect::<Vec<_>>().join(" ")
     }
 
     /// The state of a thing by a percept: "filled", "not filled"; `None` if it has none.
@@ -77,21 +81,34 @@ impl PerceptPhrases {
         &self.class
     }
 
-    /// The sentence for a difference between the perspective named `who` and the robot's about a thing.
+    /// The sentence for a difference between the perspective named `who` and the robot's about a thing. What one side
+    /// does not know is no mistake of the other.
     #[must_use]
     pub fn divergence(&self, who: &str, thing: &str, difference: &Difference) -> String {
-        let names: Vec<&str> = match (difference.one(), difference.other()) {
+        match (difference.one(), difference.other()) {
             (Some(_), None) => return format!("{who} does not know of the {thing}"),
             (None, _) => return format!("{who} believes in a {thing} in which Leo does not"),
-            (Some(_), Some(_)) => {
-                let percepts = difference.aspects().iter().map(|aspect| aspect.percept);
-                percepts.map(|percept| self.name(percept)).collect()
-            }
+            (Some(_), Some(_)) => {}
+        }
+        let names = |is_such: fn(bool, bool) -> bool| {
+            let aspects = difference.aspects().iter();
+            let such = aspects.filter(|aspect| is_such(aspect.one().is_some(), aspect.other().is_some()));
+            such.map(|aspect| self.name(aspect.percept)).collect::<Vec<_>>().join(", ")
         };
-        if names.len() == 1 && difference.aspects().first().map(|aspect| aspect.percept) == self.position {
-            format!("{who} does not know that the {thing} moved")
+        let of_both = names(|robots, theirs| robots == theirs);
+        if !of_both.is_empty() {
+            let is_position = self.position.is_some_and(|position| of_both == self.name(position));
+            return if is_position {
+                format!("{who} does not know that the {thing} moved")
+            } else {
+                format!("{who} is mistaken about the {thing}: {of_both}")
+            };
+        }
+        let of_robot = names(|robots, _| robots);
+        if of_robot.is_empty() {
+            format!("{who} has beliefs about the {thing} that Leo lacks: {}", names(|_, theirs| theirs))
         } else {
-            format!("{who} is mistaken about the {thing}: {}", names.join(", "))
+            format!("{who} does not know everything about the {thing}: {of_robot}")
         }
     }
 

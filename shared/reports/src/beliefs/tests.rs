@@ -1,8 +1,8 @@
 use belief::percepts::Percepts;
-use message::{Belief, BeliefHead, Difference, Feature, Header, NOBODY, Remembered};
+use message::{Aspect, Belief, BeliefHead, Difference, Feature, Header, NOBODY, Remembered};
 use perspective::{Divergence, PerspectiveBeliefs};
 
-use super::{BeliefReport as _, JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
+use super::{BeliefReport as _, JsonLines, PerceptPhrases, PerspectiveRecord, Refusal, Summary, Timeline};
 
 /// Builds the perspectives of a test, instant by instant.
 struct Story {
@@ -98,6 +98,86 @@ fn beginning_change_and_end_of_a_belief_are_reported_once() {
     .collect();
     assert_eq!(lines, [2, 0, 2, 1, 1, 1]);
     insta::assert_snapshot!(story.text);
+}
+
+/// A belief at a place with these symbols, and nothing else.
+fn partly(percepts: &Percepts, symbols: &[(&str, u16)]) -> Belief {
+    let mut belief = Belief::new(1, 1, 5_000_000_000, 3, NOBODY);
+    let mut push = |percept: &str, feature| {
+        let number = percepts.index(percept).unwrap();
+        assert!(belief.push(Remembered::new(number, 5, 1.0, 0.5, feature)));
+    };
+    push("position", Feature::Vector(HERE));
+    symbols.iter().for_each(|(percept, symbol)| push(percept, Feature::Symbol(*symbol)));
+    belief
+}
+
+#[test]
+fn what_was_not_observed_is_not_named() {
+    let percepts = Percepts::builtin();
+    let words = PerceptPhrases::of(&percepts);
+    let (square, red) = (("shape", 0), ("colour", 0));
+    for (symbols, expected) in
+        [(&[][..], "thing"), (&[red], "red thing"), (&[square], "square"), (&[square, red], "red square")]
+    {
+        assert_eq!(words.thing(&partly(&percepts, symbols)), expected);
+    }
+}
+
+#[test]
+fn an_attribute_that_becomes_known_is_no_correction() {
+    let percepts = Percepts::builtin();
+    let mut timeline = Timeline::new(&percepts);
+    let mut text = String::new();
+    let (square, red, green) = (("shape", 0), ("colour", 0), ("colour", 1));
+    for (second, symbols) in
+        [(5, &[][..]), (6, &[square]), (7, &[square, red]), (8, &[square, red]), (9, &[square, green])]
+    {
+        let at_ns = second * 1_000_000_000;
+        let head = BeliefHead { present: 1, ..BeliefHead::of(0, Header::at(at_ns)) };
+        let beliefs = [partly(&percepts, symbols)];
+        let mind = PerspectiveRecord { head: &head, beliefs: &beliefs, pairs: &[], differences: &[] };
+        timeline.append(at_ns, &[mind], &mut text);
+    }
+    let lines: Vec<&str> = text.lines().map(|line| line.split("1: ").last().unwrap()).collect();
+    assert_eq!(
+        lines,
+        [
+            "thing at (0.50, 0.00, 0.00)",
+            "is a square",
+            "is a red square",
+            "is a green square, not a red square"
+        ]
+    );
+}
+
+#[test]
+fn what_a_partner_does_not_know_is_no_mistake() {
+    let percepts = Percepts::builtin();
+    let words = PerceptPhrases::of(&percepts);
+    let sentence = |aspects: &[(&str, bool, bool)]| {
+        let mut difference = Difference::new(Some(3), Some(8));
+        for (name, robots, theirs) in aspects {
+            let feature = |is_known: bool| is_known.then_some(Feature::Symbol(0));
+            let percept = percepts.index(name).unwrap();
+            assert!(difference.push(Aspect::new(percept, feature(*robots), feature(*theirs), None)));
+        }
+        words.divergence("partner 1", "red square", &difference)
+    };
+    assert_eq!(
+        [
+            sentence(&[("shape", true, false), ("colour", true, false)]),
+            sentence(&[("colour", false, true)]),
+            sentence(&[("shape", true, false), ("colour", true, true)]),
+            sentence(&[("position", true, true), ("colour", true, false)]),
+        ],
+        [
+            "partner 1 does not know everything about the red square: shape, colour",
+            "partner 1 has beliefs about the red square that Leo lacks: colour",
+            "partner 1 is mistaken about the red square: colour",
+            "partner 1 does not know that the red square moved",
+        ]
+    );
 }
 
 #[test]

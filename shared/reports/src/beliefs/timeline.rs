@@ -194,10 +194,15 @@ impl ReportedBelief {
     ) {
         let class: Vec<_> = words.class().iter().map(|percept| belief.symbol(*percept)).collect();
         if class != self.class {
-            self.class = class;
             let thing = words.thing(belief);
-            tell(&format!("is a {thing}, not a {}", self.thing));
-            self.thing = thing;
+            let contradicts = self.class.iter().zip(&class).any(|(was, is)| was.is_some() && was != is);
+            // What was unknown before is no mistake.
+            tell(&if contradicts {
+                format!("is a {thing}, not a {}", self.thing)
+            } else {
+                format!("is a {thing}")
+            });
+            (self.class, self.thing) = (class, thing);
         }
         if let Some(place_m) = self.moved(at, mind.place_m(belief, words.position)) {
             tell(&format!("moved to {}", place(place_m)));

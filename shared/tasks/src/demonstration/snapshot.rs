@@ -58,7 +58,8 @@ impl Snapshot {
         Self { objects, ..*self }
     }
 
-    /// The nearest object with the same class features within `within_m` of a position.
+    /// The nearest object within `within_m` of a position whose class features do not contradict these. A feature that
+    /// one of the two lacks is unknown.
     #[must_use]
     pub fn nearest(
         &self,
@@ -68,7 +69,11 @@ impl Snapshot {
     ) -> Option<&Object> {
         self.objects
             .iter()
-            .filter(|object| object.features == *features)
+            .filter(|object| {
+                let mut known =
+                    features.iter().filter_map(|(name, value)| Some((object.features.get(name)?, value)));
+                known.all(|(of_object, value)| of_object == value)
+            })
             .filter_map(|object| object.distance(place_m).map(|distance| (distance, object)))
             .filter(|(distance, _)| *distance <= within_m)
             .min_by(|(a, _), (b, _)| a.total_cmp(b))

@@ -461,6 +461,33 @@ fn wandering_objects_are_matched_as_by_the_loop_over_expected_positions() {
     assert!(matched.get() > 1_000, "{matched:?}");
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    #[test]
+    fn things_of_partly_unobserved_colours_are_merged_as_in_the_paper(
+        frames in wandering(),
+        is_coloured in prop::collection::vec(any::<bool>(), 1..40),
+        threshold in prop::sample::select(vec![0.04, 0.08, 0.11, 0.15, 0.16]),
+        sources in 1..3_usize,
+    ) {
+        let mut percepts = remembered();
+        percepts.belief.threshold = threshold;
+        let mut twins = Twins::new(percepts);
+        let mut is_coloured = is_coloured.into_iter().cycle();
+        for (at, mut frame) in (1..).zip(frames) {
+            for (index, seen) in frame.iter_mut().enumerate() {
+                seen.colour = seen.colour.filter(|_| is_coloured.next() == Some(true));
+                seen.group = index % sources;
+            }
+            let [expected, merged] = twins.step(at, &frame, true);
+            prop_assert_eq!(merged, expected);
+            let [expected, contents] = twins.contents();
+            prop_assert_eq!(contents, expected);
+        }
+    }
+}
+
 #[test]
 fn an_object_merges_with_a_near_unconstrained_one() {
     let mut percepts = remembered();

@@ -2,6 +2,7 @@ mod arrivals;
 mod culling;
 mod functions;
 mod tracking;
+mod unobserved;
 
 use clock::Duration;
 use geometry::Pose;
@@ -23,8 +24,10 @@ fn block(at: Instant, position_m: [f32; 3], colour_rgb: [f32; 3]) -> Observation
     let mut block = Observation {
         confidence: 0.9,
         position_m,
+        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
         colour_rgb,
         half_extents_m: [0.03; 3],
+        shape: [0.0; 4],
         ..Observation::object(0, at.as_nanos())
     };
     block.set_state(State::Filled, 0.0);

@@ -57,6 +57,16 @@ fn a_contradictory_percepts_file_is_refused_with_the_position() {
             "symbols",
         ),
         ("at = [0.80, 0.05, 0.05]", "at = [0.80, 0.05]", "`red` has 2 numbers: its space has 3"),
+        ("at = [0.80, 0.05, 0.05]", "at = [0.80, 0.05, 1.05]", "`red` has 1.05: its space has linear red"),
+        ("at = [0.80, 0.05, 0.05]", "at = [0.80, -0.05, 0.05]", "`red` has -0.05"),
+        ("at = [0.80, 0.05, 0.05]", "at = [0.80, nan, 0.05]", "`red` has NaN"),
+        ("at = [0.80, 0.05, 0.05]", "at = [204, 13, 13]", "`red` has 204"),
+        ("at = [0.80, 0.05, 0.05]", "at = \"#cc0d0\"", "`#cc0d0` is no colour"),
+        ("at = [0.80, 0.05, 0.05]", "at = 0.8", "a list of numbers, or a colour"),
+        ("at = [0.0, 1.0, 0.0, 0.0]", "at = [0.0, 1.5, 0.0, 0.0]", "`slab` has 1.5: its space has elongated"),
+        ("at = [0.0, 1.0, 0.0, 0.0]", "at = \"#00ff00\"", "`slab` has 3 numbers: its space has 4"),
+        ("at = [0.03] }", "at = [0.0] }", "`small` has 0: its space has an edge in metres"),
+        ("at = [0.03] }", "at = [inf] }", "`small` has inf"),
         ("max_m = [inf, inf, inf]", "max_m = [inf, -1.0, inf]", "region"),
         ("max_m = [inf, inf, inf]", "max_m = [inf, nan, inf]", "region"),
         ("normalised = false", "normalized = false", "`normalised`?"),
@@ -68,6 +78,17 @@ fn a_contradictory_percepts_file_is_refused_with_the_position() {
         wording += &format!("{to}\n    {reason}\n");
     }
     insta::assert_snapshot!(wording);
+}
+
+#[test]
+fn a_prototype_may_be_a_colour_of_srgb() {
+    let text = BUILTIN.replacen("at = [0.80, 0.05, 0.05]", "at = \"#E73f0a\"", 1);
+    let percepts = Percepts::parse(&text, Path::new("p.toml")).unwrap();
+    let Kernel::Nearest(nearest) = &percepts.percepts[5].kernel else {
+        panic!("colour is a nearest prototype")
+    };
+    let [red, green, blue] = nearest.prototypes[0].at[..] else { panic!("{nearest:?}") };
+    assert!((red - 0.7991).abs() < 1e-4 && (green - 0.0497).abs() < 1e-4 && (blue - 0.0030).abs() < 1e-4);
 }
 
 #[test]

@@ -1,3 +1,4 @@
+use message::UNOBSERVED;
 use proptest::prelude::*;
 
 use super::*;
@@ -7,6 +8,8 @@ use super::*;
 struct Thing {
     position_m: [f32; 3],
     colour: usize,
+    /// Whether its shape was observed.
+    has_shape: bool,
     has_place: bool,
     is_sound: bool,
     confidence: f32,
@@ -27,10 +30,12 @@ fn thing() -> impl Strategy<Value = Thing> {
     let held_by = prop::sample::select(vec![NOBODY, NOBODY, 0, 1]);
     let sure = prop::sample::select(vec![0.4_f32, 0.9]);
     let rarely_not = || prop::bool::weighted(0.97);
-    (along(), along(), 0..4_usize, rarely_not(), rarely_not(), sure, held_by).prop_map(
-        |(x, y, colour, has_place, is_sound, confidence, held_by)| Thing {
+    let has_shape = prop::bool::weighted(0.8);
+    (along(), along(), 0..4_usize, has_shape, rarely_not(), rarely_not(), sure, held_by).prop_map(
+        |(x, y, colour, has_shape, has_place, is_sound, confidence, held_by)| Thing {
             position_m: [x, y, 0.0],
             colour,
+            has_shape,
             has_place,
             is_sound,
             confidence,
@@ -66,7 +71,9 @@ impl Thing {
         // Grey is no named colour, and light grey is classified as white.
         let grey = if counts_greys { 0.9 } else { 0.5 };
         let colour_rgb = [RED, BLUE, [0.05, 0.55, 0.1], [grey; 3]][self.colour];
+        let shape = if self.has_shape { [0.0; 4] } else { [UNOBSERVED; 4] };
         let observation = Observation {
+            shape,
             held_by: self.held_by,
             confidence: self.confidence,
             ..block(Instant::from_nanos(at_ns), self.position_m, colour_rgb)
@@ -167,6 +174,7 @@ fn a_belief_whose_symbol_becomes_a_number_may_merge() {
         let thing = Thing {
             position_m: [x, 0.0, 0.0],
             colour,
+            has_shape: true,
             has_place: true,
             is_sound: true,
             confidence: 0.9,
