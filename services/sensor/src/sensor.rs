@@ -107,9 +107,10 @@ impl Sensor {
                 Pose::from_parts(frame.position_m, frame.orientation_xyzw)
                     .ok_or_else(|| SensorError::Frame { name: source.name.clone() })
             });
-            let confidence = single(source.confidence(percepts));
+            let sd_m = source.position_sd_m.map_or(0.0, settings::number::NotNegative::get);
+            let quality = [source.confidence(percepts), sd_m].map(single);
             let period = source.rate_hz.map(settings::number::Hertz::period);
-            Ok(Source::new(number, &source.name, x_base_source.transpose()?, confidence, period, capacity))
+            Ok(Source::new(number, &source.name, x_base_source.transpose()?, quality, period, capacity))
         };
         Ok(Self {
             perception: Perception::with_plugins(percepts, own)?,

@@ -33,6 +33,8 @@ pub(crate) struct Source {
     number: u16,
     x_base_source: Option<Pose<Base, geometry::Source>>,
     confidence: f32,
+    /// Standard deviation of a position, in metres, where an observation states none; zero if unknown.
+    position_sd_m: f32,
     silent_after: Option<Duration>,
     /// Incarnation and sequence number of the last frame.
     last: Option<(u64, u64)>,
@@ -65,7 +67,7 @@ impl Source {
         number: u16,
         name: &str,
         x_base_source: Option<Pose<Base, geometry::Source>>,
-        confidence: f32,
+        [confidence, position_sd_m]: [f32; 2],
         period: Option<Duration>,
         capacity: usize,
     ) -> Self {
@@ -73,6 +75,7 @@ impl Source {
             number,
             x_base_source,
             confidence,
+            position_sd_m,
             silent_after: period.map(|period| (period * SILENT_PERIODS).max(MIN_SILENCE)),
             observations: Vec::with_capacity(capacity),
             persons: vec![None; PERSONS],
@@ -180,7 +183,12 @@ impl Source {
         }
         let mut observation =
             Observation { source: self.number, confidence: alleged.confidence * self.confidence, ..alleged };
+        for sd_m in observation.position_sd_m.iter_mut().filter(|sd_m| **sd_m <= 0.0) {
+            *sd_m = self.position_sd_m;
+        }
         if let Some(x_base_source) = self.x_base_source {
+            observation.position_sd_m =
+                x_base_source.position_sd_m(observation.position_sd_m.map(f64::from)).map(single);
             let position_m = alleged.position_m.map(f64::from);
             let alleged_xyzw = alleged.orientation().map(|xyzw| xyzw.map(f64::from));
             let xyzw = alleged_xyzw.unwrap_or([0.0, 0.0, 0.0, 1.0]);

@@ -48,6 +48,7 @@ impl World {
                 reserved: 0,
                 confidence,
                 position_m: position_m.map(single),
+                position_sd_m: [0.0; 3],
                 orientation_xyzw: pose.orientation_xyzw().map(single),
                 half_extents_m: truth.half_extents_m.map(single),
                 colour_rgb: truth.colour_rgb,

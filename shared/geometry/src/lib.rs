@@ -169,6 +169,36 @@ impl<A, B> Pose<A, B> {
         self.isometry.rotation.coords.into()
     }
 
+    /// B's orientation in A as a rotation matrix, by rows.
+    #[must_use]
+    pub fn rotation(&self) -> [[f64; 3]; 3] {
+        // The arrays of a matrix are its columns.
+        self.isometry.rotation.to_rotation_matrix().matrix().transpose().into()
+    }
+
+    /// The standard deviations of a position along the axes of A, in metres, of those along the axes of B. Covariances
+    /// between axes are neglected.
+    ///
+    /// ```
+    /// # use geometry::{Base, Person, Pose};
+    /// // The x axis of the one frame is the y axis of the other.
+    /// let x = Pose::<Base, Person>::upright(1.0, 0.0, 0.0, std::f64::consts::FRAC_PI_2);
+    /// let [along_x, along_y, along_z] = x.position_sd_m([0.03, 0.01, 0.02]);
+    /// assert!((along_x - 0.01).abs() < 1e-9 && (along_y - 0.03).abs() < 1e-9 && (along_z - 0.02).abs() < 1e-9);
+    /// ```
+    #[must_use]
+    pub fn position_sd_m(&self, sd_m: [f64; 3]) -> [f64; 3] {
+        if let [x, y, z] = sd_m
+            && x.to_bits() == y.to_bits()
+            && y.to_bits() == z.to_bits()
+        {
+            return sd_m;
+        }
+        let variance =
+            |row: [f64; 3]| row.iter().zip(sd_m).map(|(part, sd_m)| (part * sd_m).powi(2)).sum::<f64>();
+        self.rotation().map(|row| variance(row).sqrt())
+    }
+
     /// Heading of B's x axis, as an angle about A's vertical, in radians.
     #[must_use]
     pub fn heading_rad(&self) -> f64 {

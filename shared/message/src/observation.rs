@@ -65,7 +65,7 @@ message! {
     ///
     /// Orientation, half extents, colour and shape are NaN in all components if they were not observed.
     #[derive(Debug, PartialEq)]
-    pub struct Observation as "leo/Observation/1" {
+    pub struct Observation as "leo/Observation/2" {
         /// When the source observed it, in nanoseconds of the clock.
         pub observed_at_ns: u64,
         /// The sensory source that reported it.
@@ -84,6 +84,8 @@ message! {
         pub confidence: f32,
         /// Position in the robot's base frame, in metres.
         pub position_m: [f32; 3],
+        /// Standard deviation of the position along each axis of that frame, in metres; zero if the source states none.
+        pub position_sd_m: [f32; 3],
         /// Orientation in the robot's base frame, quaternion `[x, y, z, w]`; NaN if not observed.
         pub orientation_xyzw: [f32; 4],
         /// Half extents along the object's own axes, in metres; NaN if not observed.
@@ -111,6 +113,7 @@ impl Observation {
             reserved: 0,
             confidence: 1.0,
             position_m: [0.0; 3],
+            position_sd_m: [0.0; 3],
             orientation_xyzw: [UNOBSERVED; 4],
             half_extents_m: [UNOBSERVED; 3],
             colour_rgb: [UNOBSERVED; 3],
@@ -186,6 +189,7 @@ impl Observation {
             & (are_all(self.colour_rgb, is_share) | is_unobserved(self.colour_rgb))
             & (are_all(self.shape, is_share) | is_unobserved(self.shape))
             & are_all(self.states, is_degree)
+            & are_all(self.position_sd_m, is_extent)
             & is_share(self.confidence)
             & match self.kind() {
                 Some(ObservationKind::Object) => true,
@@ -206,8 +210,8 @@ impl Observation {
             & (is_unit(self.orientation_xyzw) | is_unobserved(self.orientation_xyzw))
     }
 
-    /// The first invalid field, if any. Valid are: a known kind and modality; position and extents finite and within
-    /// 1000 m, extents not negative; a quaternion of norm 1 within 1 %; colour, shape and confidence in [0, 1];
+    /// The first invalid field, if any. Valid are: a known kind and modality; position, its standard deviation and extents
+    /// finite and within 1000 m, the last two not negative; a quaternion of norm 1 within 1 %; colour, shape and confidence in [0, 1];
     /// states in [0, 1] or NaN; and for a person, the partner.
     ///
     /// Orientation, extents, colour and shape are also valid if all their components are [`UNOBSERVED`]. A person
@@ -234,7 +238,7 @@ impl Observation {
             Loss::Kind
         } else if self.modality().is_none() {
             Loss::Modality
-        } else if !are_all(self.position_m, is_within_reach) {
+        } else if !are_all(self.position_m, is_within_reach) || !are_all(self.position_sd_m, is_extent) {
             Loss::Position
         } else if self.orientation().is_none()
             && !may_lack(needs_orientation, is_unobserved(self.orientation_xyzw))
@@ -331,6 +335,8 @@ mod tests {
             (Observation { modality: 9, ..sound }, Loss::Modality),
             (Observation { position_m: [0.0, f32::INFINITY, 0.0], ..sound }, Loss::Position),
             (Observation { position_m: [0.0, -1000.5, 0.0], ..sound }, Loss::Position),
+            (Observation { position_sd_m: [0.01, -0.01, 0.01], ..sound }, Loss::Position),
+            (Observation { position_sd_m: [f32::NAN; 3], ..sound }, Loss::Position),
             (Observation { orientation_xyzw: [0.0; 4], ..sound }, Loss::Orientation),
             (Observation { half_extents_m: [0.1, -0.1, 0.1], ..sound }, Loss::Extents),
             (Observation { colour_rgb: [0.0, 0.0, 1.5], ..sound }, Loss::Appearance),

@@ -77,6 +77,8 @@ pub fn observe_from(
 ) {
     let x_person_thing = *x_person_base * *x_base_thing;
     observation.position_m = x_person_thing.position_m().map(single);
+    observation.position_sd_m =
+        x_person_base.position_sd_m(observation.position_sd_m.map(f64::from)).map(single);
     if has_orientation(observation) {
         observation.orientation_xyzw = x_person_thing.orientation_xyzw().map(single);
     }

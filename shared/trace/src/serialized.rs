@@ -31,6 +31,7 @@ struct SerializedObservation {
     kind: ObservationKind,
     partner: Option<u16>,
     position_m: Reals<3>,
+    position_sd_m: Option<Reals<3>>,
     // An attribute that is missing or `null` was not observed.
     orientation_xyzw: Option<Reals<4>>,
     half_extents_m: Option<Reals<3>>,
@@ -166,6 +167,7 @@ impl SerializedObservation {
             held_by: self.held_by.unwrap_or(NOBODY),
             confidence: self.confidence.0,
             position_m: self.position_m.0,
+            position_sd_m: self.position_sd_m.map_or([0.0; 3], |Reals(sd_m)| sd_m),
             orientation_xyzw: observed(self.orientation_xyzw.as_ref()),
             half_extents_m,
             colour_rgb,

@@ -91,7 +91,8 @@ impl Bytes<'_> {
             136 => observation.shape = self.numbers(),
             137 => observation.states = self.numbers(),
             138 => observation.held_by = self.word(),
-            139..=239 => {}
+            139 => observation.position_sd_m = self.numbers(),
+            140..=239 => {}
             240.. => {
                 observation = Observation {
                     observed_at_ns: self.long(),
@@ -103,6 +104,7 @@ impl Bytes<'_> {
                     reserved: self.word(),
                     confidence: self.number(),
                     position_m: self.numbers(),
+                    position_sd_m: self.numbers(),
                     orientation_xyzw: self.numbers(),
                     half_extents_m: self.numbers(),
                     colour_rgb: self.numbers(),

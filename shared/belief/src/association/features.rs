@@ -259,7 +259,7 @@ impl Features {
             && let Some(Gate { term, .. }) = self.gate
             && let Some(percept) = self.terms.get(term)
             && let Some(position_m) =
-                feature_in(snapshot, *percept, prevalidated, store).and_then(|feature| feature.vector())
+                feature_in(snapshot, *percept, prevalidated, store).and_then(Feature::vector)
         {
             let sighting = tracks.sighting(at, position_m, &perceived.observation);
             let expected = tracks.add(slot, &sighting);

@@ -19,14 +19,19 @@ impl Tracks {
         Self { settings, tracks: vec![None; slots].into_boxed_slice() }
     }
 
-    /// The sighting that an observation with this position is. A source that states no variance has the configured one,
-    /// which grows with the thing: a large thing's centre is known less well.
+    /// The sighting that an observation with this position is. Where the observation states no standard deviation, it is
+    /// the configured one. It is at least a share of the thing's longest side, because the centre of a large thing is
+    /// known less well.
     #[inline]
     pub(crate) fn sighting(&self, at: Instant, position_m: [f32; 3], observation: &Observation) -> Sighting {
         let half_m = observation.half_extents_m.iter().fold(0.0, |most: f32, half_m| most.max(*half_m));
-        let of_size_m = self.settings.position_sd_of_size * 2.0 * f64::from(half_m);
-        let sd_m = single(self.settings.position_sd_m.max(of_size_m));
-        Sighting { at, position_m, variance_m2: [sd_m * sd_m; 3] }
+        let of_size_m = single(self.settings.position_sd_of_size) * 2.0 * half_m;
+        let default_m = single(self.settings.position_sd_m);
+        let variance_m2 = observation.position_sd_m.map(|stated_m| {
+            let sd_m = if stated_m > 0.0 { stated_m } else { default_m };
+            sd_m.max(of_size_m).powi(2)
+        });
+        Sighting { at, position_m, variance_m2 }
     }
 
     /// Starts the track of a new belief.

@@ -19,7 +19,7 @@ impl BeliefSystem {
         // Rounding may have brought two beliefs closer than they were.
         self.is_clustered = false;
         let position = |position_m: [f32; 3]| position_in(x_new_old, position_m);
-        let rotation = rotation_of(x_new_old);
+        let rotation = x_new_old.rotation();
         for index in 0..self.live_len() {
             let slot = require!(self.beliefs.arena.live().get(index), "belief {index} is live");
             let Some(&slot) = slot else { continue };
@@ -108,15 +108,6 @@ fn moved<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>, feature: Feature) -> 
 fn position_in<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>, [x, y, z]: [f32; 3]) -> [f32; 3] {
     let p_old = Position::<Old>::new(f64::from(x), f64::from(y), f64::from(z));
     (*x_new_old * p_old).to_array().map(single)
-}
-
-/// The rotation matrix of a pose, by rows.
-fn rotation_of<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>) -> [[f64; 3]; 3] {
-    let of = |x, y, z| (*x_new_old * Position::<Old>::new(x, y, z)).to_array();
-    let [origin, x, y, z] = [of(0.0, 0.0, 0.0), of(1.0, 0.0, 0.0), of(0.0, 1.0, 0.0), of(0.0, 0.0, 1.0)];
-    let column = |of: [f64; 3]| [of[0] - origin[0], of[1] - origin[1], of[2] - origin[2]];
-    let [x, y, z] = [x, y, z].map(column);
-    [[x[0], y[0], z[0]], [x[1], y[1], z[1]], [x[2], y[2], z[2]]]
 }
 
 fn turned<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {

@@ -36,7 +36,10 @@ pub(crate) fn compiled() -> Vec<Compiled> {
     Vec::from(compiled! {
         ActAnswer { serial, refused, text }
         Aspect { percept }
-        Belief { id, born_at_ns, perceived_at_ns, observations, held_by, owner }
+        Belief {
+            id, born_at_ns, perceived_at_ns, observations, held_by, owner, expected_position_m, velocity_m_s,
+            position_variance_m2, velocity_variance_m2_s2
+        }
         BeliefHead {
             header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
             eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed,
@@ -69,7 +72,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         }
         Observation {
             observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
-            orientation_xyzw, half_extents_m, colour_rgb, shape, states
+            position_sd_m, orientation_xyzw, half_extents_m, colour_rgb, shape, states
         }
         Path {}
         Perceived { observation, snapshot }

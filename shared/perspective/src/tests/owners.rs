@@ -180,7 +180,10 @@ fn many_objects_are_compared_over_several_steps() {
     config.ownership = ownership(OwnershipRule::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 64);
     let group = |x: f32| grid(x, [4, 5], 0.1);
-    let blocks: Vec<_> = group(0.2).chain(group(0.85)).chain([Observation { confidence: 1.0, ..block([0.1, 0.0, 0.03]) }]).collect();
+    let blocks: Vec<_> = group(0.2)
+        .chain(group(0.85))
+        .chain([Observation { confidence: 1.0, ..block([0.1, 0.0, 0.03]) }])
+        .collect();
     let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
     let see = |some: &[Observation]| [&[person(EYES, TABLE)], some].concat();
     // The first step collects the claims; each later step adds sixteen links.

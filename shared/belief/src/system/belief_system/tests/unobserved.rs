@@ -38,9 +38,8 @@ fn an_unobserved_colour_merges_by_the_rest_and_keeps_the_known_one() {
     let belief = robot.system.beliefs().next().unwrap();
     assert_eq!((robot.ids(), belief.observations), (vec![1], 2));
     for percept in ["colour", "shape", "size", "extents", "orientation", "filled"] {
-        let feature = |belief: &message::Belief| {
-            belief.percept(percepts.index(percept).unwrap()).and_then(message::Remembered::feature)
-        };
+        let feature =
+            |belief: &Belief| belief.percept(percepts.index(percept).unwrap()).and_then(Remembered::feature);
         assert!(feature(&known).is_some(), "{percept}");
         assert_eq!(feature(&belief), feature(&known), "{percept}");
     }
