@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use message::UNOBSERVED;
+use message::{Belief, Remembered, UNOBSERVED};
 use proptest::prelude::*;
 
 use super::*;
@@ -71,7 +71,8 @@ fn beliefs_with_nothing_but_a_place_are_compared_by_it() {
     robot.see(ms(0), &[partly(ms(0), 0.5, None, None)], false);
     robot.see(ms(5), &[partly(ms(5), 0.55, None, None)], false);
     robot.see(ms(10), &[partly(ms(10), 0.8, None, None)], false);
-    assert_eq!(robot.ids(), [1, 3]);
+    let believed = robot.system.beliefs().map(|belief| (belief.id, belief.observations));
+    assert_eq!(believed.collect::<Vec<_>>(), [(1, 2), (2, 1)]);
 }
 
 proptest! {
