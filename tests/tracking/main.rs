@@ -103,7 +103,7 @@ fn scene_in_pixels(files: &Files) -> (Value, Value) {
         (rows(&files.truth), rows(&fs::read_to_string(&saved).expect("is written")));
     let last = *objects.last_key_value().expect("frames").0;
     let frame = |frame| {
-        let mut of = |frames: &mut BTreeMap<u64, Vec<Value>>| frames.remove(&frame).unwrap_or_default();
+        let of = |frames: &mut BTreeMap<u64, Vec<Value>>| frames.remove(&frame).unwrap_or_default();
         json!({ "objects": of(&mut objects), "hypotheses": of(&mut hypotheses) })
     };
     let frames: Vec<Value> = (1..=last).map(frame).collect();
@@ -205,20 +205,24 @@ fn reference(python: &PathBuf, tool: &str, sequences: &[(String, Value, Value)])
     serde_json::from_str(text.lines().last().expect("a line")).expect("is JSON")
 }
 
-/// Compares every measure that the other program has, and returns how many there are.
-fn compare(name: &str, ours: &Value, theirs: &Value) -> usize {
-    let mut compared = 0;
-    for (group, measures) in theirs.as_object().expect("groups") {
-        for (measure, expected) in measures.as_object().expect("measures") {
-            let expected = expected.as_f64().expect("a number");
-            let measured = ours[group][measure].as_f64().unwrap_or(f64::NAN);
-            assert!(
-                (measured - expected).abs() <= TOLERANCE,
-                "{name}: {group}.{measure} is {measured}, and {expected} by the other program"
-            );
-            compared += 1;
+/// Compares every measure of every sequence that the other program has. Returns how many there are.
+fn compare(sequences: &[(String, Value, Value)], reference: &[Value]) -> usize {
+    let (mut compared, mut differing) = (0, Vec::new());
+    for ((name, ours, _), theirs) in sequences.iter().zip(reference) {
+        for (group, measures) in theirs.as_object().expect("groups") {
+            for (measure, expected) in measures.as_object().expect("measures") {
+                let expected = expected.as_f64().expect("a number");
+                let measured = ours[group][measure].as_f64().unwrap_or(f64::NAN);
+                compared += 1;
+                // NaN fails the comparison.
+                let is_equal = (measured - expected).abs() <= TOLERANCE;
+                if !is_equal {
+                    differing.push(format!("{name}: {group}.{measure} is {measured}, and theirs {expected}"));
+                }
+            }
         }
     }
+    assert!(differing.is_empty(), "{}", differing.join("\n"));
     compared
 }
 
@@ -227,9 +231,7 @@ fn the_measures_equal_those_of_trackeval() {
     let Some(python) = venv::interpreter("trackeval==1.3.0", "trackeval") else { return };
     let sequences = sequences();
     let reference = reference(&python, "trackeval", &sequences);
-    let compared = sequences.iter().zip(&reference);
-    let compared = compared.map(|((name, ours, _), theirs)| compare(name, ours, theirs)).sum::<usize>();
-    assert_eq!(compared, sequences.len() * 22);
+    assert_eq!(compare(&sequences, &reference), sequences.len() * 22);
 }
 
 #[test]
@@ -237,9 +239,7 @@ fn the_measures_equal_those_of_motmetrics() {
     let Some(python) = venv::interpreter("motmetrics==1.4.0", "motmetrics") else { return };
     let sequences = sequences();
     let reference = reference(&python, "motmetrics", &sequences);
-    let compared = sequences.iter().zip(&reference);
-    let compared = compared.map(|((name, ours, _), theirs)| compare(name, ours, theirs)).sum::<usize>();
-    assert_eq!(compared, sequences.len() * 18);
+    assert_eq!(compare(&sequences, &reference), sequences.len() * 18);
 }
 
 #[test]

@@ -52,7 +52,7 @@ fn an_invalid_input_is_refused_in_one_line() {
 #[test]
 fn bad_usage_is_refused_before_anything_is_read() {
     for (arguments, word) in [
-        (&["--truth", "/nowhere"][..], "<TRACE|--detections <FILE>>"),
+        (&["--truth", "/nowhere"][..], "<TRACE>"),
         (&["/nowhere"], "--truth <FILE>"),
         (&["--truth", "/nowhere", "--detections", "/nowhere", "/nowhere"], "--detections"),
         (&["--truth", "/nowhere", "--frame-rate", "0", "/nowhere"], "0.000001"),
@@ -95,7 +95,7 @@ fn the_report_says_what_was_not_compared() {
     let trace = folder.write("trace.jsonl", &format!("{{\"leo_trace\": 1}}\n{trace}"));
     let output = evaluate(&["--truth", &truth, &trace]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
-    for fact in ["3 frames of the truth", "1 frames of the truth", "1 instants", "--partners 3", "0.6667"] {
+    for fact in ["3 frames of the truth", "1 frame of the truth", "1 instant of", "--partners 3", "0.6667"] {
         assert!(output.out.contains(fact), "{fact} is not in\n{}", output.out);
     }
     insta::assert_snapshot!(output.out);

@@ -45,7 +45,7 @@ pub(crate) const SCENES: [Scene; 6] = [
     PERFECT,
     Scene { name: "noise", seed: 2, noise_pixels: 3.0, ..PERFECT },
     Scene { name: "occlusion", seed: 3, persons: 6, noise_pixels: 1.0, max_covered: 0.4, ..PERFECT },
-    Scene { name: "misses", seed: 4, missed: 0.2, noise_pixels: 1.0, ..PERFECT },
+    Scene { name: "misses", seed: 4, missed: 0.15, noise_pixels: 1.0, ..PERFECT },
     Scene { name: "false detections", seed: 5, false_detections: 1.0, noise_pixels: 1.0, ..PERFECT },
     Scene {
         name: "crowd",

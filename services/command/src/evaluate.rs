@@ -55,7 +55,7 @@ pub(crate) struct Evaluate {
     #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
     pixel: Option<f64>,
     /// Use detections of this score and above, with confidence 1 [default: the score is the confidence]
-    #[arg(long, value_name = "SCORE", value_parser = score, requires = "detections", allow_hyphen_values = true)]
+    #[arg(long, value_name = "SCORE", value_parser = score, allow_hyphen_values = true)]
     min_score: Option<f64>,
     /// What is compared [default: box for a truth in pixels, distance otherwise]
     #[arg(long, value_name = "WHAT")]
@@ -73,7 +73,7 @@ pub(crate) struct Evaluate {
     #[arg(long, value_name = "FILE")]
     save_hypotheses: Option<PathBuf>,
     /// Write the detections to a file, as a trace
-    #[arg(long, value_name = "FILE", requires = "detections")]
+    #[arg(long, value_name = "FILE")]
     save_trace: Option<PathBuf>,
     /// Overwrite existing files
     #[arg(long)]
@@ -169,6 +169,12 @@ impl Evaluate {
 
     /// Reads the truth, and opens the trace or reads the detections.
     fn prepare(&self) -> Result<Prepared, CommandError> {
+        if self.detections.is_none() && (self.min_score.is_some() || self.save_trace.is_some()) {
+            return Err(CommandError::usage(
+                "--min-score and --save-trace are about detections, and a trace is given: say --detections, or leave \
+                 them out",
+            ));
+        }
         let name = self.truth.display().to_string();
         let text = TruthText::read(open(&self.truth)?, &name).map_err(CommandError::usage)?;
         let is_in_pixels = matches!(text, TruthText::Mot(_));

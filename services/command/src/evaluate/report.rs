@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use config::Names;
 use evaluation::{ClearMot, Hota, Identity};
-use quantity::number::counted;
+use quantity::number::{counted, saturating_u32};
 use reports::beliefs::perspective_name;
 use serde_json::{Value, json};
 
@@ -132,7 +132,8 @@ impl<'a> Report<'a> {
 
     fn write_summary(&self, out: &mut String) -> std::fmt::Result {
         let Summary { frames, observations, without_instant, without_truth, left_out, .. } = self.summary;
-        writeln!(out, "\n{frames} frames of the truth, {observations} observations")?;
+        let of_truth = |number| format!("{} of the truth", number_of(number, "frame"));
+        writeln!(out, "\n{}, {}", of_truth(*frames), number_of(*observations, "observation"))?;
         if let Some(scale) = self.summary.metres_per_pixel {
             writeln!(out, "a pixel is {scale:.5} m")?;
         }
@@ -150,17 +151,21 @@ impl<'a> Report<'a> {
         if *without_instant > 0 {
             writeln!(
                 out,
-                "{without_instant} frames of the truth have no instant in the trace: their objects are missed"
+                "{} without an instant in the trace: all objects missed",
+                of_truth(*without_instant)
             )?;
         }
         if *without_truth > 0 {
-            writeln!(out, "{without_truth} instants of the trace have no truth: they are not evaluated")?;
+            let instants = number_of(*without_truth, "instant");
+            writeln!(out, "{instants} of the trace without a truth: not evaluated")?;
         }
         if *left_out > 0 {
-            writeln!(out, "{left_out} observations found no room: raise `buffers.max_objects` in leo.toml")?;
+            let observations = number_of(*left_out, "observation");
+            writeln!(out, "{observations} without room: raise `buffers.max_objects` in leo.toml")?;
         }
         for (reason, number, first) in &self.summary.refused {
-            writeln!(out, "{number} observations refused: {reason} (the first: {first})")?;
+            let observations = number_of(*number, "observation");
+            writeln!(out, "{observations} refused: {reason} (the first: {first})")?;
         }
         if self.summary.cut_short {
             writeln!(out, "the trace ends in the middle of a frame")?;
@@ -248,6 +253,11 @@ impl Measures<'_> {
             },
         })
     }
+}
+
+/// A number with its noun.
+fn number_of(number: u64, noun: &str) -> String {
+    counted(u32::try_from(number).unwrap_or(u32::MAX), noun)
 }
 
 /// The mean distance of matches, from their mean similarity.
