@@ -255,7 +255,7 @@ fn a_perfect_detector_gives_perfect_detection_measures() {
 }
 
 #[test]
-fn a_scene_is_the_same_in_every_run_and_errors_of_the_detector_count() {
+fn a_scene_is_reproducible_and_errors_of_the_detector_count() {
     let mut misses = BTreeMap::new();
     for scene in SCENES {
         let [files, again] = [scene.files(), scene.files()];

@@ -171,12 +171,8 @@ impl<'a> Report<'a> {
             writeln!(out, "the trace ends in the middle of a frame")?;
         }
         if let Some(most) = self.summary.not_simulated.iter().max() {
-            let number = u32::try_from(self.summary.not_simulated.len()).unwrap_or(u32::MAX);
-            writeln!(
-                out,
-                "{} of the truth without a perspective: say --partners {most}",
-                counted(number, "agent")
-            )?;
+            let agents = counted(saturating_u32(self.summary.not_simulated.len()), "agent");
+            writeln!(out, "{agents} of the truth without a perspective: say --partners {most}")?;
         }
         Ok(())
     }
