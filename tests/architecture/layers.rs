@@ -27,6 +27,7 @@ pub(crate) const LAYERS: [&[&str]; 9] = [
     &[
         "leo-belief",
         "cycle",
+        "leo-evaluation",
         "leo-kinematics",
         "motion",
         "leo-perception",
@@ -65,13 +66,14 @@ const PEERS: [(&str, &[&str]); 10] = [
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 16] = [
+const WRAPPED: [(&str, &[&str]); 17] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["leo-message"]),
     ("iceoryx2-bb-elementary-traits", &["leo-message"]),
     ("clap_complete", &["commands"]),
     ("clap_mangen", &["commands"]),
     ("parry3d", &["leo-scene"]),
+    ("pathfinding", &["leo-evaluation"]),
     ("ratatui", &["console-process"]),
     ("mcap", &["recording", "records", "trace"]),
     ("libc", &["realtime"]),

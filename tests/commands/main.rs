@@ -322,6 +322,7 @@ fn every_command_has_help_with_an_example() {
         "study",
         "tasks",
         "believe",
+        "evaluate",
         "learn",
         "record",
         "replay",

@@ -1,7 +1,5 @@
 //! `leo believe`: runs a recorded trace through perception and belief, and prints the result.
 
-mod minds;
-
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Read, StdoutLock, Write as _, stdin, stdout};
 use std::path::{Path, PathBuf};
@@ -15,9 +13,9 @@ use message::{Observation, ObservationKind};
 use reports::beliefs::{BeliefReport, JsonLines, Refusal, Summary, Timeline};
 use trace::{FramesByInstant, Reader};
 
+use crate::belief_pipeline::BeliefPipeline;
 use crate::failure::CommandError;
 use crate::seconds;
-use minds::BeliefPipeline;
 
 #[derive(Args, Clone, Debug)]
 #[command(
@@ -116,7 +114,7 @@ impl Believe {
 }
 
 /// Opens a file, or standard input.
-fn open(trace: &Path) -> Result<Reader<Box<dyn Read>>, trace::TraceError> {
+pub(crate) fn open(trace: &Path) -> Result<Reader<Box<dyn Read>>, trace::TraceError> {
     if trace == Path::new("-") {
         return Reader::new(Box::new(stdin().lock()), "standard input");
     }

@@ -3,6 +3,7 @@
 //! [`run`] is all that the program calls. Each command has a module of its own.
 
 mod arm;
+mod belief_pipeline;
 mod believe;
 mod bench;
 mod body;
@@ -10,6 +11,7 @@ mod bus;
 mod check;
 mod domain;
 mod emergency_stop;
+mod evaluate;
 mod failure;
 mod journal;
 mod learn;
@@ -67,6 +69,8 @@ enum Command {
     Tasks(tasks::Tasks),
     /// Process a recorded trace of observations: perception and belief alone, no processes
     Believe(believe::Believe),
+    /// Compare the beliefs about a recorded trace with the truth, by the measures of multi-object tracking
+    Evaluate(evaluate::Evaluate),
     /// Learn from before-and-after examples in a file: task learning alone, no processes
     Learn(learn::Learn),
     /// Record a running robot: every buffer's bytes, and messages for common viewers
@@ -135,6 +139,7 @@ impl Command {
             Self::Study(study) => study.run(),
             Self::Tasks(tasks) => tasks.run(),
             Self::Believe(believe) => believe.run(),
+            Self::Evaluate(evaluate) => evaluate.run(),
             Self::Learn(learn) => learn.run(),
             Self::Record(record) => record.run(),
             Self::Replay(replay) => replay.run(),

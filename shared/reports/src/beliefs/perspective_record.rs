@@ -37,8 +37,9 @@ impl PerspectiveRecord<'_> {
         self.beliefs.iter().find(|belief| belief.id == id)
     }
 
-    /// A remembered position in the robot's base frame, in metres.
-    pub(crate) fn place_m(&self, belief: &Belief, position: Option<u16>) -> Option<[f64; 3]> {
+    /// A remembered position in the robot's base frame, in metres; `None` if the belief has none.
+    #[must_use]
+    pub fn place_m(&self, belief: &Belief, position: Option<u16>) -> Option<[f64; 3]> {
         let [x, y, z] = belief.vector(position?)?;
         Some((self.head.frame()? * Position::new(x, y, z)).to_array())
     }

@@ -12,7 +12,7 @@ use trace::Frame;
 ///
 /// The trace reader already validates observations, and a trace is in the base frame. So of the sensor process only
 /// perception is needed.
-pub(super) struct BeliefPipeline {
+pub(crate) struct BeliefPipeline {
     perception: Perception,
     believer: Believer,
     partners: u32,
@@ -32,7 +32,7 @@ struct PerspectiveState {
 
 impl BeliefPipeline {
     /// No beliefs yet, with the capacities of the robot's buffers.
-    pub(super) fn new(robot: &Robot, partners: u32) -> Result<Self, BeliefProcessError> {
+    pub(crate) fn new(robot: &Robot, partners: u32) -> Result<Self, BeliefProcessError> {
         let capacity = robot.leo.buffers.max_objects.get();
         let depth = robot.leo.belief.depth.get();
         let believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)?;
@@ -53,7 +53,7 @@ impl BeliefPipeline {
     }
 
     /// One percept snapshot and the belief step that it triggers, over the frames of one instant.
-    pub(super) fn step(&mut self, frames: &[Frame]) {
+    pub(crate) fn step(&mut self, frames: &[Frame]) {
         let Some(at_ns) = frames.iter().map(|frame| frame.at_ns).max() else { return };
         let observations = || frames.iter().flat_map(|frame| &frame.observations);
         let perception = &self.perception;
@@ -105,22 +105,22 @@ impl BeliefPipeline {
     }
 
     /// The instant of the beliefs.
-    pub(super) fn at(&self) -> Instant {
+    pub(crate) fn at(&self) -> Instant {
         Instant::from_nanos(self.minds.first().map_or(0, |robot| robot.head.header.valid_at_ns))
     }
 
     /// Whether a partner's beliefs are simulated.
-    pub(super) fn simulates(&self, partner: u16) -> bool {
+    pub(crate) fn simulates(&self, partner: u16) -> bool {
         u32::from(partner) <= self.partners
     }
 
     /// Observations that did not fit into a frame of the percept buffer.
-    pub(super) fn left_out(&self) -> u64 {
+    pub(crate) fn left_out(&self) -> u64 {
         self.left_out
     }
 
     /// Every perspective, the robot's first.
-    pub(super) fn all(&self) -> Vec<PerspectiveRecord<'_>> {
+    pub(crate) fn all(&self) -> Vec<PerspectiveRecord<'_>> {
         let mind = |own| {
             let PerspectiveState { head, beliefs, divergence }: &PerspectiveState = own;
             PerspectiveRecord {
