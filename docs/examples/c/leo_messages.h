@@ -490,7 +490,7 @@ LEO_ASSERT(offsetof(struct leo_remembered, confidence) == 16, "place of confiden
 LEO_ASSERT(offsetof(struct leo_remembered, feature) == 20, "place of feature");
 
 /* An entry of a belief buffer: one remembered object (Eq. 3), evaluated at the frame's instant. */
-#define LEO_BELIEF_TYPE "leo/Belief/2"
+#define LEO_BELIEF_TYPE "leo/Belief/3"
 struct leo_belief {
     LEO_NAMED(LEO_BELIEF_TYPE)
     /* Identity within its belief system; the older one survives a merge. */
@@ -506,9 +506,18 @@ struct leo_belief {
     /* The owner according to this perspective, or `NOBODY` for a shared object. */
     uint16_t owner;
     uint32_t count;
+    /* Where the object is expected at the frame's instant, in metres in the perspective's frame. The position percept
+     * is what the perspective remembers instead. */
+    float expected_position_m[3];
+    /* Its expected velocity, in metres per second in the perspective's frame. */
+    float velocity_m_s[3];
+    /* Variance of the expected position along each axis, in square metres; zero if positions are not predicted. */
+    float position_variance_m2[3];
+    /* Variance of the velocity along each axis, in (m/s)²; zero if positions are not predicted. */
+    float velocity_variance_m2_s2[3];
     struct leo_remembered percepts[12];
 };
-LEO_ASSERT(sizeof(struct leo_belief) == 520, "size of leo/Belief/2");
+LEO_ASSERT(sizeof(struct leo_belief) == 568, "size of leo/Belief/3");
 LEO_ASSERT(offsetof(struct leo_belief, id) == 0, "place of id");
 LEO_ASSERT(offsetof(struct leo_belief, born_at_ns) == 8, "place of born_at_ns");
 LEO_ASSERT(offsetof(struct leo_belief, perceived_at_ns) == 16, "place of perceived_at_ns");
@@ -516,7 +525,11 @@ LEO_ASSERT(offsetof(struct leo_belief, observations) == 24, "place of observatio
 LEO_ASSERT(offsetof(struct leo_belief, held_by) == 32, "place of held_by");
 LEO_ASSERT(offsetof(struct leo_belief, owner) == 34, "place of owner");
 LEO_ASSERT(offsetof(struct leo_belief, count) == 36, "place of count");
-LEO_ASSERT(offsetof(struct leo_belief, percepts) == 40, "place of percepts");
+LEO_ASSERT(offsetof(struct leo_belief, expected_position_m) == 40, "place of expected_position_m");
+LEO_ASSERT(offsetof(struct leo_belief, velocity_m_s) == 52, "place of velocity_m_s");
+LEO_ASSERT(offsetof(struct leo_belief, position_variance_m2) == 64, "place of position_variance_m2");
+LEO_ASSERT(offsetof(struct leo_belief, velocity_variance_m2_s2) == 76, "place of velocity_variance_m2_s2");
+LEO_ASSERT(offsetof(struct leo_belief, percepts) == 88, "place of percepts");
 
 /* The beginning of every frame. */
 #define LEO_HEADER_TYPE "leo/Header/1"
@@ -1024,7 +1037,7 @@ LEO_ASSERT(offsetof(struct leo_link_health, delay) == 104, "place of delay");
  * Modeling").
  * 
  * Orientation, half extents, colour and shape are NaN in all components if they were not observed. */
-#define LEO_OBSERVATION_TYPE "leo/Observation/1"
+#define LEO_OBSERVATION_TYPE "leo/Observation/2"
 struct leo_observation {
     LEO_NAMED(LEO_OBSERVATION_TYPE)
     /* When the source observed it, in nanoseconds of the clock. */
@@ -1045,6 +1058,8 @@ struct leo_observation {
     float confidence;
     /* Position in the robot's base frame, in metres. */
     float position_m[3];
+    /* Standard deviation of the position along each axis of that frame, in metres; zero if the source states none. */
+    float position_sd_m[3];
     /* Orientation in the robot's base frame, quaternion `[x, y, z, w]`; NaN if not observed. */
     float orientation_xyzw[4];
     /* Half extents along the object's own axes, in metres; NaN if not observed. */
@@ -1056,7 +1071,7 @@ struct leo_observation {
     /* Degree of each `State`; NaN if the object has no such state. */
     float states[8];
 };
-LEO_ASSERT(sizeof(struct leo_observation) == 128, "size of leo/Observation/1");
+LEO_ASSERT(sizeof(struct leo_observation) == 136, "size of leo/Observation/2");
 LEO_ASSERT(offsetof(struct leo_observation, observed_at_ns) == 0, "place of observed_at_ns");
 LEO_ASSERT(offsetof(struct leo_observation, source) == 8, "place of source");
 LEO_ASSERT(offsetof(struct leo_observation, modality) == 10, "place of modality");
@@ -1066,11 +1081,12 @@ LEO_ASSERT(offsetof(struct leo_observation, held_by) == 16, "place of held_by");
 LEO_ASSERT(offsetof(struct leo_observation, reserved) == 18, "place of reserved");
 LEO_ASSERT(offsetof(struct leo_observation, confidence) == 20, "place of confidence");
 LEO_ASSERT(offsetof(struct leo_observation, position_m) == 24, "place of position_m");
-LEO_ASSERT(offsetof(struct leo_observation, orientation_xyzw) == 36, "place of orientation_xyzw");
-LEO_ASSERT(offsetof(struct leo_observation, half_extents_m) == 52, "place of half_extents_m");
-LEO_ASSERT(offsetof(struct leo_observation, colour_rgb) == 64, "place of colour_rgb");
-LEO_ASSERT(offsetof(struct leo_observation, shape) == 76, "place of shape");
-LEO_ASSERT(offsetof(struct leo_observation, states) == 92, "place of states");
+LEO_ASSERT(offsetof(struct leo_observation, position_sd_m) == 36, "place of position_sd_m");
+LEO_ASSERT(offsetof(struct leo_observation, orientation_xyzw) == 48, "place of orientation_xyzw");
+LEO_ASSERT(offsetof(struct leo_observation, half_extents_m) == 64, "place of half_extents_m");
+LEO_ASSERT(offsetof(struct leo_observation, colour_rgb) == 76, "place of colour_rgb");
+LEO_ASSERT(offsetof(struct leo_observation, shape) == 88, "place of shape");
+LEO_ASSERT(offsetof(struct leo_observation, states) == 104, "place of states");
 
 /* One percept's evaluation of one observation: p(o) = (m, c, d) (Eq. 1). */
 #define LEO_PERCEPT_VALUE_TYPE "leo/PerceptValue/1"
@@ -1114,9 +1130,9 @@ struct leo_perceived {
     /* The robot's own percept snapshot of it. */
     struct leo_snapshot snapshot;
 };
-LEO_ASSERT(sizeof(struct leo_perceived) == 472, "size of leo/Perceived/1");
+LEO_ASSERT(sizeof(struct leo_perceived) == 480, "size of leo/Perceived/1");
 LEO_ASSERT(offsetof(struct leo_perceived, observation) == 0, "place of observation");
-LEO_ASSERT(offsetof(struct leo_perceived, snapshot) == 128, "place of snapshot");
+LEO_ASSERT(offsetof(struct leo_perceived, snapshot) == 136, "place of snapshot");
 
 /* Head of a percept buffer: the sources that delivered a frame. */
 #define LEO_PERCEPT_HEAD_TYPE "leo/PerceptHead/1"

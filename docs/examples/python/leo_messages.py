@@ -462,12 +462,21 @@ class Belief(ctypes.Structure):
         # The owner according to this perspective, or `NOBODY` for a shared object.
         ("owner", ctypes.c_uint16),
         ("count", ctypes.c_uint32),
+        # Where the object is expected at the frame's instant, in metres in the perspective's frame. The position percept
+        # is what the perspective remembers instead.
+        ("expected_position_m", ctypes.c_float * 3),
+        # Its expected velocity, in metres per second in the perspective's frame.
+        ("velocity_m_s", ctypes.c_float * 3),
+        # Variance of the expected position along each axis, in square metres; zero if positions are not predicted.
+        ("position_variance_m2", ctypes.c_float * 3),
+        # Variance of the velocity along each axis, in (m/s)²; zero if positions are not predicted.
+        ("velocity_variance_m2_s2", ctypes.c_float * 3),
         ("percepts", Remembered * 12),
     ]
 
     @staticmethod
     def type_name():
-        return "leo/Belief/2"
+        return "leo/Belief/3"
 
 
 # The beginning of every frame.
@@ -911,6 +920,8 @@ class Observation(ctypes.Structure):
         ("confidence", ctypes.c_float),
         # Position in the robot's base frame, in metres.
         ("position_m", ctypes.c_float * 3),
+        # Standard deviation of the position along each axis of that frame, in metres; zero if the source states none.
+        ("position_sd_m", ctypes.c_float * 3),
         # Orientation in the robot's base frame, quaternion `[x, y, z, w]`; NaN if not observed.
         ("orientation_xyzw", ctypes.c_float * 4),
         # Half extents along the object's own axes, in metres; NaN if not observed.
@@ -925,7 +936,7 @@ class Observation(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "leo/Observation/1"
+        return "leo/Observation/2"
 
 
 # One percept's evaluation of one observation: p(o) = (m, c, d) (Eq. 1).
@@ -1219,7 +1230,7 @@ _LAYOUT = [
     (ActAnswer, 272, [0, 8, 16]),
     (Aspect, 48, [0, 8, 10, 12, 14, 16, 32]),
     (Remembered, 40, [0, 8, 10, 12, 16, 20]),
-    (Belief, 520, [0, 8, 16, 24, 32, 34, 36, 40]),
+    (Belief, 568, [0, 8, 16, 24, 32, 34, 36, 40, 52, 64, 76, 88]),
     (Header, 96, [0, 8, 16, 24, 88]),
     (Path, 16, [0, 4]),
     (BeliefHead, 280, [0, 96, 100, 104, 128, 160, 184, 216, 220, 224, 232, 240, 248, 256, 264]),
@@ -1236,10 +1247,10 @@ _LAYOUT = [
     (Joints, 18464, [0, 8, 16, 24, 32]),
     (Life, 32, [0, 8, 16, 24, 28]),
     (LinkHealth, 1856, [0, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104]),
-    (Observation, 128, [0, 8, 10, 12, 14, 16, 18, 20, 24, 36, 52, 64, 76, 92]),
+    (Observation, 136, [0, 8, 10, 12, 14, 16, 18, 20, 24, 36, 48, 64, 76, 88, 104]),
     (PerceptValue, 28, [0, 2, 4, 8, 12]),
     (Snapshot, 340, [0, 4]),
-    (Perceived, 472, [0, 128]),
+    (Perceived, 480, [0, 136]),
     (PerceptHead, 104, [0, 96]),
     (PerspectiveHealth, 48, [0, 16, 24, 32, 40]),
     (Perspectives, 12296, [0, 8]),

@@ -21,13 +21,18 @@ fn stopping(seconds: f32, speed_m_s: f32) -> [f32; 3] {
     straight(0.5 * whole + part.min(0.5), speed_m_s)
 }
 
+/// The instant of a frame.
+fn instant_of(frame: u16, rate_hz: u16) -> Instant {
+    Instant::from_nanos(1_000_000_000 + u64::from(frame) * 1_000_000_000 / u64::from(rate_hz))
+}
+
 /// The identities that a thing has had, announced or not, after two seconds.
 fn identities(percepts: &Percepts, path: Path, metres_a_frame: f32, rate_hz: u16) -> u64 {
     let mut robot = Robot::new(percepts);
     let rate = f32::from(rate_hz);
-    for frame in 0..2 * u64::from(rate_hz) {
-        let now = Instant::from_nanos(1_000_000_000 + frame * 1_000_000_000 / u64::from(rate_hz));
-        let seconds = frame as f32 / rate;
+    for frame in 0..2 * rate_hz {
+        let now = instant_of(frame, rate_hz);
+        let seconds = f32::from(frame) / rate;
         robot.see(now, &[block(now, path(seconds, metres_a_frame * rate), RED)], true);
     }
     let counts = robot.system.counts();
@@ -67,12 +72,12 @@ fn a_thing_at_2_m_s_and_10_hz_has_one_identity() {
 
 #[test]
 fn two_equal_things_that_cross_keep_their_identities() {
-    for (rate_hz, speed_m_s) in [(10_u64, 0.5_f32), (10, 1.0), (10, 2.0), (30, 1.0), (200, 2.0)] {
+    for (rate_hz, speed_m_s) in [(10_u16, 0.5_f32), (10, 1.0), (10, 2.0), (30, 1.0), (200, 2.0)] {
         let mut robot = Robot::new(&Percepts::builtin());
         let frames = rate_hz * 2;
         for frame in 0..frames {
-            let now = Instant::from_nanos(1_000_000_000 + frame * 1_000_000_000 / rate_hz);
-            let along = speed_m_s * (frame as f32 / rate_hz as f32 - 1.0);
+            let now = instant_of(frame, rate_hz);
+            let along = speed_m_s * (f32::from(frame) / f32::from(rate_hz) - 1.0);
             // They pass each other at 4 cm.
             robot.see(now, &[block(now, [0.6, along, 0.0], RED), block(now, [0.64, -along, 0.0], RED)], true);
         }
@@ -84,7 +89,7 @@ fn two_equal_things_that_cross_keep_their_identities() {
 
 #[test]
 fn a_thing_that_crosses_a_crowd_of_equal_ones_keeps_its_identity() {
-    for (rate_hz, speed_m_s) in [(10_u64, 0.5_f32), (10, 1.0), (30, 1.0), (200, 2.0)] {
+    for (rate_hz, speed_m_s) in [(10_u16, 0.5_f32), (10, 1.0), (30, 1.0), (200, 2.0)] {
         let mut robot = Robot::new(&Percepts::builtin());
         robot.system = BeliefSystem::new(&Percepts::builtin(), 128).unwrap();
         // 63 blocks of 6 cm at 14 cm from each other; the lane is in the middle between two rows.
@@ -93,10 +98,9 @@ fn a_thing_that_crosses_a_crowd_of_equal_ones_keeps_its_identity() {
             [0.4 + 0.14 * row, 0.14 * (column - 4.0), 0.03]
         });
         let crowd: Vec<_> = crowd.collect();
-        let frames = (rate_hz as f32 * 1.4 / speed_m_s) as u64;
-        for frame in 0..=frames {
-            let now = Instant::from_nanos(1_000_000_000 + frame * 1_000_000_000 / rate_hz);
-            let along = speed_m_s * frame as f32 / rate_hz as f32 - 0.7;
+        let place = |frame: u16| speed_m_s * f32::from(frame) / f32::from(rate_hz) - 0.7;
+        for frame in (0..).take_while(|frame| place(*frame) <= 0.7) {
+            let (now, along) = (instant_of(frame, rate_hz), place(frame));
             let places = crowd.iter().copied().chain([[0.75, along, 0.03]]);
             let seen: Vec<_> = places.map(|place| block(now, place, RED)).collect();
             robot.see(now, &seen, true);
