@@ -1,5 +1,5 @@
 //! `leo evaluate` over synthetic scenes, and its measures beside those of TrackEval and motmetrics.
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "a test fails by panicking")]
 
 mod refusals;
 mod scenes;
