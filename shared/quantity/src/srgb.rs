@@ -53,7 +53,7 @@ mod tests {
         ] {
             let [red, green, blue] = linear([channel, 0, 255]);
             assert!((red - linear_share).abs() < 1e-9, "{channel}: {red}");
-            assert_eq!([green, blue].map(f32::to_bits), [0.0_f32, 1.0].map(f32::to_bits));
+            assert_eq!([green, blue].map(f64::to_bits), [0.0_f64, 1.0].map(f64::to_bits));
         }
         let rising: Vec<f64> = (0..=255).map(|channel| linear([channel; 3])[0]).collect();
         assert!(rising.is_sorted_by(|a, b| a < b));
