@@ -1,6 +1,8 @@
 use belief::percepts::{Kernel, Percept, Percepts, Role, Space};
 use invariant::invariant;
-use message::{PerceptDescription, PerceptKernel, PerceptRole, Symbols};
+use message::{MAX_SOURCES, MAX_SYMBOLS, PerceptDescription, PerceptKernel, PerceptRole, Symbols};
+
+const _: () = assert!(MAX_SOURCES <= MAX_SYMBOLS, "every source of a robot has a name");
 
 /// The names of what the beliefs of a robot refer to by number. `sources` and `agents` are the names of the sensory
 /// sources and of the agents, by number; agent 0 is the robot.
@@ -72,7 +74,7 @@ fn kernel(kernel: &Kernel) -> PerceptKernel {
 mod tests {
     use std::path::Path;
 
-    use message::{FeatureUnit, MAX_SYMBOLS, Name};
+    use message::{FeatureUnit, Name};
     use perception::{Frame, Perception};
 
     use super::*;
@@ -127,6 +129,5 @@ mod tests {
         let [percept] = symbols.percepts() else { panic!("{symbols:?}") };
         assert_eq!(names(percept.symbols()), ["simulator", "camera"]);
         assert_eq!(percept.unit(), Some(FeatureUnit::None));
-        assert!(message::MAX_SOURCES <= MAX_SYMBOLS);
     }
 }
