@@ -20,7 +20,18 @@ pub(crate) const LAYERS: [&[&str]; 9] = [
         "simulator-process",
         "supervisor-process",
     ],
-    &["folder", "process", "realtime", "recording", "serial", "store", "torque", "trace", "transport"],
+    &[
+        "folder",
+        "process",
+        "reader",
+        "realtime",
+        "recording",
+        "serial",
+        "store",
+        "torque",
+        "trace",
+        "transport",
+    ],
     &["reports", "study"],
     // It composes the settings that the crates of the domain own. None of them may know it.
     &["config"],
@@ -52,8 +63,9 @@ pub(crate) const LAYERS: [&[&str]; 9] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 10] = [
+const PEERS: [(&str, &[&str]); 11] = [
     ("process", &["folder", "realtime", "transport"]),
+    ("reader", &["transport"]),
     ("store", &["folder"]),
     ("transport", &["folder"]),
     ("recording", &["folder", "transport"]),

@@ -55,7 +55,8 @@ const CLOCK_PATHS: [&str; 7] = [
 ];
 
 /// Folders that may hold unsafe code.
-const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch/", "shared/realtime/", "tests/support/testkit/"];
+const MAY_BE_UNSAFE: [&str; 4] =
+    ["shared/prefetch/", "shared/reader/", "shared/realtime/", "tests/support/testkit/"];
 
 /// Crates without a core: reading the clock, files or the environment is what they are for.
 const READS_BY_PURPOSE: [&str; 3] = ["budget", "clock", "config"];

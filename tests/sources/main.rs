@@ -1,11 +1,14 @@
-//! An external source in another language, with real processes.
+//! External sources, and readers of beliefs, in other languages, with real processes.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod python;
+mod readers;
 #[path = "../supervision/robot.rs"]
 #[expect(dead_code, reason = "the tests of the supervisor use the rest")]
 mod robot;
 mod venv;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use message::{Belief, Beliefs, Feature};
 use rustix::process::Signal;
@@ -29,6 +32,13 @@ const CENTRE_BASE_M: [f32; 3] = [-0.5, 1.0, 1.5];
 const RADIUS_M: f32 = 0.1;
 const CAMERA: &str = "name = \"camera\"\nkind = \"external\"\nrate_hz = 50.0\nposition_sd_m = 0.01\n\
     frame = { position_m = [0.0, 0.0, 0.5], heading_deg = 90.0 }";
+
+/// Until it is dropped, no other test of this process has a robot. A process can join one domain only, so these tests
+/// take turns with one of the same name.
+fn one_robot() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 fn place(belief: &Belief) -> Option<[f32; 3]> {
     match belief.percept(POSITION)?.feature()? {
@@ -77,6 +87,7 @@ fn is_silent(robot: &Robot) -> Option<bool> {
 
 #[test]
 fn a_killed_python_source_is_reported_and_reconnects() {
+    let _alone = one_robot();
     let Some(python) = Python::find() else { return };
     let robot = Robot::ready("sources", &[("[[sensor.source]]", CAMERA)]);
     let domain = Domain::at(robot.domain()).expect("a domain");

@@ -19,6 +19,17 @@ impl Python {
         venv::interpreter("iceoryx2==0.10.0", "iceoryx2").map(Self)
     }
 
+    /// A program of the repository with arguments, the last of which is the domain of a robot.
+    pub(crate) fn run(&self, program: &str, arguments: &[&str], domain: &Path) -> Command {
+        let mut command = Command::new(&self.0);
+        command
+            .arg("-B")
+            .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join(program))
+            .args(arguments)
+            .arg(domain);
+        command
+    }
+
     /// Runs the example as source 1 of a robot.
     pub(crate) fn observe(&self, domain: &Path, centre: &[&str; 3]) -> Example {
         let words = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("observe-{}", std::process::id()));

@@ -1,12 +1,13 @@
 use std::collections::BTreeSet;
 
-use message::{NOBODY, TEXT_CAPACITY};
+use message::{NAME_CAPACITY, NOBODY, TEXT_CAPACITY};
 use serde::Deserialize;
 
 /// The robot's name in texts for people.
 const ROBOT: &str = "Leo";
 /// Maximum length of a name in bytes: a quarter of a text, so that a sentence about the agent still fits.
 const LONGEST: usize = TEXT_CAPACITY / 4;
+const _: () = assert!(LONGEST <= NAME_CAPACITY, "every name fits the board of symbols");
 
 /// The agents' names in texts for people.
 ///

@@ -77,11 +77,13 @@ message! {
         pub sampled_at_ns: u64,
         /// The percept: its index in the configured set P.
         pub percept: u16,
+        /// The `FeatureKind` of its feature.
         feature_kind: u16,
         /// Match m' in [0, 1].
         pub matching: f32,
         /// Confidence c' in [0, 1], decayed since the newest sample.
         pub confidence: f32,
+        /// The feature d' by its kind; unused numbers are zero.
         feature: [f32; 4],
     }
 }
@@ -119,6 +121,7 @@ message! {
         pub held_by: u16,
         /// The owner according to this perspective, or `NOBODY` for a shared object.
         pub owner: u16,
+        /// The number of its percepts.
         count: u32,
         /// Where the object is expected at the frame's instant, in metres in the perspective's frame. The position percept
         /// is what the perspective remembers instead.
@@ -129,6 +132,7 @@ message! {
         pub position_variance_m2: [f32; 3],
         /// Variance of the velocity along each axis, in (m/s)²; zero if positions are not predicted.
         pub velocity_variance_m2_s2: [f32; 3],
+        /// Its percepts, in ascending order of their numbers.
         percepts: [Remembered; MAX_PERCEPTS],
     }
 }

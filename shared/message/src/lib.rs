@@ -33,6 +33,7 @@ mod roster;
 mod scene;
 mod source_set;
 mod sources;
+mod symbols;
 mod teacher_act;
 mod text;
 mod topic;
@@ -58,7 +59,7 @@ pub use link::LinkHealth;
 pub use loss::{LOSSES, Loss};
 pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, State, UNOBSERVED};
 pub use path::{MAX_DEPTH, Path, perspectives};
-pub use percept::{Feature, MAX_PERCEPTS, Perceived, PerceptHead, PerceptValue, Snapshot};
+pub use percept::{Feature, FeatureKind, MAX_PERCEPTS, Perceived, PerceptHead, PerceptValue, Snapshot};
 pub use perspectives::{MAX_PERSPECTIVES, PerspectiveHealth, Perspectives};
 pub use registry::{
     ActsAnswered, Beliefs, Divergences, Events, JointGoals, JointStates, Observations, Percepts, Scene,
@@ -68,6 +69,9 @@ pub use roster::{Life, Roster};
 pub use scene::{NO_TABLE, SceneHead, SceneMode, SceneObject, ThingRole};
 pub use source_set::SourceSet;
 pub use sources::{MAX_SOURCES, SourceHealth, Sources};
+pub use symbols::{
+    FeatureUnit, MAX_SYMBOLS, NAME_CAPACITY, Name, PerceptDescription, PerceptKernel, PerceptRole, Symbols,
+};
 pub use teacher_act::{ActAnswer, TeacherAct, TeacherActKind};
 pub use text::{TEXT_CAPACITY, Text};
 pub use topic::{Capacity, Delivery, Numbering, Recording, Topic, TopicRow, Writer};

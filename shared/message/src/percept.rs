@@ -2,7 +2,7 @@ use std::cmp::Ordering;
 
 use crate::bytes::message;
 use crate::observation::is_share;
-use crate::{Header, Observation, SourceSet, ZeroCopySend, fill, filled};
+use crate::{Header, Observation, SourceSet, ZeroCopySend, fill, filled, wire_enum};
 
 /// Maximum number of percepts of one snapshot: the size of the percept set P.
 pub const MAX_PERCEPTS: usize = 12;
@@ -22,12 +22,28 @@ pub enum Feature {
     Orientation([f32; 4]),
 }
 
-/// Raw kinds of a feature in shared memory.
-const NONE: u16 = 0;
-const SYMBOL: u16 = 1;
-const NUMBER: u16 = 2;
-const VECTOR: u16 = 3;
-const ORIENTATION: u16 = 4;
+wire_enum! {
+    /// The kind of a feature, and so the meaning of its four numbers in shared memory.
+    FeatureKind: u16 {
+        /// No feature: the percept only classifies.
+        None = 0,
+        /// A symbol: the first number is its index.
+        Symbol = 1,
+        /// A number: the first.
+        Number = 2,
+        /// A position in the frame of the perspective, or extents: the first three numbers, in metres.
+        Vector = 3,
+        /// An orientation in the frame of the perspective: a quaternion `[x, y, z, w]`.
+        Orientation = 4,
+    }
+}
+
+/// Raw kinds, for patterns.
+const NONE: u16 = FeatureKind::None.raw();
+const SYMBOL: u16 = FeatureKind::Symbol.raw();
+const NUMBER: u16 = FeatureKind::Number.raw();
+const VECTOR: u16 = FeatureKind::Vector.raw();
+const ORIENTATION: u16 = FeatureKind::Orientation.raw();
 
 impl Feature {
     /// Raw kind of a number.

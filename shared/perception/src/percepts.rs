@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use message::{Feature, State};
+use message::{Feature, MAX_SYMBOLS, NAME_CAPACITY, Name, State};
 use quantity::number::single;
 use quantity::srgb;
 use serde::de::{SeqAccess, Visitor};
@@ -394,12 +394,13 @@ fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
     if nearest.prototypes.is_empty() {
         return Err("`nearest` needs a prototype: give at least one".to_owned());
     }
-    if u16::try_from(nearest.prototypes.len()).is_err() {
-        return Err(format!("{} prototypes: at most 65535 are possible", nearest.prototypes.len()));
+    if nearest.prototypes.len() > MAX_SYMBOLS {
+        return Err(format!("{} prototypes: at most {MAX_SYMBOLS} are possible", nearest.prototypes.len()));
     }
     for (index, prototype) in nearest.prototypes.iter().enumerate() {
         let dimensions = nearest.space.dimensions();
         let name = &prototype.name;
+        check_name(name)?;
         if prototype.at.len() != dimensions {
             let given = prototype.at.len();
             return Err(format!("prototype `{name}` has {given} numbers: its space has {dimensions}"));
@@ -413,6 +414,19 @@ fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Checks the name of a percept or of a symbol. Readers in other processes get it in a field of fixed size.
+///
+/// # Errors
+///
+/// What is wrong, and what would be valid.
+pub fn check_name(name: &str) -> Result<(), String> {
+    if Name::is_valid(name) {
+        Ok(())
+    } else {
+        Err(format!("{name:?} is not a name: it needs 1 to {NAME_CAPACITY} bytes, on one line"))
+    }
 }
 
 fn check_region(region: &Region) -> Result<(), String> {

@@ -10,7 +10,7 @@ use iceoryx2::port::writer::{EntryHandleMut, Writer};
 use iceoryx2::prelude::ZeroCopySend;
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
-use message::{Buses, Health, Joints, LinkHealth, Perspectives, Process, Roster, Sources};
+use message::{Buses, Health, Joints, LinkHealth, Perspectives, Process, Roster, Sources, Symbols};
 
 use crate::service::service_name;
 use crate::{Node, PortError};
@@ -174,6 +174,7 @@ boards! {
     Joints as "joints"
     Perspectives as "perspectives"
     LinkHealth as "link"
+    Symbols as "symbols"
 }
 
 /// Writes the health of one incarnation of a process.

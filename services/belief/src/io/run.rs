@@ -1,12 +1,13 @@
 use clock::{Duration, Instant};
 use config::Robot;
+use config::leo::Leo;
 use message::{Beliefs, Divergences as Differing, Hop, Percepts, Process};
 use perspective::MAX_TERRITORY_BELIEFS;
 use perspective::settings::OwnershipRule;
 use process::{Launch, ProcessError, ProcessNode, Progress};
 use transport::FramePublisher;
 
-use crate::{Believer, Divergences};
+use crate::{Believer, Divergences, symbols};
 
 /// Interval at which the computation counters of the perspectives are published.
 const COUNTERS_INTERVAL: Duration = Duration::from_millis(20);
@@ -42,6 +43,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let mut differing: Vec<FramePublisher<Differing>> = (1..believer.perspectives())
         .map(|perspective| member.publisher(Some(perspective), max))
         .collect::<Result<_, _>>()?;
+    // Readers of beliefs in other programs look up the names at any time, so it stays open.
+    let mut names = member.board()?;
+    names.write(&symbols(&robot.percepts, &source_names(leo), agent_names(leo, partners)));
     let mut board = member.board()?;
     let mut counters_published_at = Instant::EPOCH;
     member.begin(None)?;
@@ -84,4 +88,15 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
         member.end_call(Progress::More)?;
     }
     Ok(())
+}
+
+/// The names of the sensory sources, by number.
+fn source_names(leo: &Leo) -> Vec<&str> {
+    leo.sensor.source.iter().map(|source| source.name.as_str()).collect()
+}
+
+/// The names of the robot and of its partners, by number.
+fn agent_names(leo: &Leo, partners: u32) -> impl Iterator<Item = String> + '_ {
+    let partners = u16::try_from(partners).unwrap_or(u16::MAX);
+    (0..=partners).map(|agent| leo.belief.names.of(agent))
 }

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use belief::percepts::Percepts;
-use message::MAX_SOURCES;
+use message::{MAX_SOURCES, NAME_CAPACITY, Name};
 use serde::Deserialize;
 use settings::number::{Coordinate, Hertz, NotNegative};
 
@@ -149,6 +149,8 @@ pub(crate) fn fault(sources: &[Source]) -> Option<(usize, String)> {
         let mut earlier = sources.iter().take(index);
         let reason = if source.name.trim().is_empty() {
             "a source needs a name".to_owned()
+        } else if !Name::is_valid(&source.name) {
+            format!("{:?} is not a name: it needs 1 to {NAME_CAPACITY} bytes, on one line", source.name)
         } else if earlier.clone().any(|earlier| earlier.name == source.name) {
             format!("there is a source `{}` already", source.name)
         } else if is_simulator(&source) && earlier.any(|earlier| is_simulator(&earlier)) {
@@ -248,6 +250,7 @@ mod tests {
         assert!(said(&[make("a", simulator), make("a", external)]).1.contains("already"));
         assert!(said(&[make("a", simulator), make("b", simulator)]).1.contains("second simulator"));
         assert_eq!(said(&[make("a", external), make(" ", external)]).0, 1);
+        assert!(said(&[make(&"é".repeat(33), external)]).1.contains("1 to 64 bytes"));
         let many: Vec<Source> = (0..17).map(|index| make(&index.to_string(), external)).collect();
         assert!(said(&many).1.contains("17 sources"));
     }

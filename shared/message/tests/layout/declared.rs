@@ -8,9 +8,10 @@ use std::path;
 use message::{
     ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, Difference, DivergenceHead, Done, Event, Header,
     Health, Histogram, JointGoal, JointState, Joints, LOSSES, Life, LinkHealth, MAX_BUSES, MAX_DEPTH,
-    MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptHead,
-    PerceptValue, PerspectiveHealth, Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject,
-    Snapshot, SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
+    MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, MAX_SYMBOLS, NAME_CAPACITY, Name, Observation,
+    Path, Perceived, PerceptDescription, PerceptHead, PerceptValue, PerspectiveHealth, Perspectives,
+    Remembered, Roster, STATES, SceneHead, SceneObject, Snapshot, SourceHealth, Sources, Symbols,
+    TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
 };
 
 /// The compiler's layout of a type: size, alignment, and the offsets of its public fields.
@@ -70,12 +71,14 @@ pub(crate) fn compiled() -> Vec<Compiled> {
             is_up, sessions, round_trip_ns, clock_error_ns, sent, overtaken, expired, received, lost,
             refused, late, bytes_sent, bytes_received, delay
         }
+        Name {}
         Observation {
             observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
             position_sd_m, orientation_xyzw, half_extents_m, colour_rgb, shape, states
         }
         Path {}
         Perceived { observation, snapshot }
+        PerceptDescription { name }
         PerceptHead { header, active_sources }
         PerceptValue { percept, matching, confidence }
         PerspectiveHealth { path, steps, beliefs, over_capacity, refused }
@@ -92,6 +95,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Snapshot {}
         SourceHealth { name, frames, observations, last_frame_at_ns, silent, losses }
         Sources { count, sources }
+        Symbols {}
         TeacherAct {
             serial, position_m, second_vector_m, heading_rad, kind, teacher, hand, reserved, table, text, colour
         }
@@ -185,6 +189,8 @@ pub(crate) fn length(count: &str) -> usize {
         "MAX_JOINTS" => MAX_JOINTS,
         "MAX_PERSPECTIVES" => MAX_PERSPECTIVES,
         "MAX_SOURCES" => MAX_SOURCES,
+        "MAX_SYMBOLS" => MAX_SYMBOLS,
+        "NAME_CAPACITY" => NAME_CAPACITY,
         "STATES" => STATES,
         "TEXT_CAPACITY" => TEXT_CAPACITY,
         // Private to the histogram; checked by its size.

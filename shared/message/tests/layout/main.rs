@@ -43,7 +43,7 @@ fn written(declared: &BTreeMap<String, Declared>, compiled: &[Compiled]) -> Stri
 fn every_layout_is_the_one_written_down_for_its_version() {
     let written = written(&declared(), &compiled());
     compare("tests/layout.txt", &written);
-    assert_eq!(written.lines().filter(|line| line.starts_with("leo/")).count(), 36);
+    assert_eq!(written.lines().filter(|line| line.starts_with("leo/")).count(), 39);
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn the_compiler_lays_the_types_out_as_written_down() {
         assert_eq!(public, compiled_type.offsets, "{}", compiled_type.name);
         compared += public.len();
     }
-    assert_eq!(compared, 198);
+    assert_eq!(compared, 199);
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn every_type_has_a_unique_name_with_a_version() {
         let version = version.and_then(|version| version.parse::<u32>().ok());
         assert!(version.is_some_and(|version| version > 0), "{} names {name}", declared.type_name);
     }
-    assert_eq!(declared.len(), 36);
+    assert_eq!(declared.len(), 39);
 }
 
 #[test]

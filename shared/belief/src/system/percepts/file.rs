@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use message::MAX_PERCEPTS;
+use perception::percepts::check_name;
 use serde::Deserialize;
 use settings::number::{Milliseconds, NotNegative, UnitInterval};
 use settings::{SettingsError, Spanned, SpannedError};
@@ -128,6 +129,7 @@ impl File {
 
 impl RawPercept {
     fn resolve(self, earlier: &[Percept]) -> Result<Percept, SpannedError> {
+        check_name(self.name.get_ref()).map_err(|reason| SpannedError::at(&self.name, reason))?;
         if earlier.iter().any(|percept| percept.name == *self.name.get_ref()) {
             let reason = format!("a second percept named `{}`", self.name.get_ref());
             return Err(SpannedError::at(&self.name, reason));

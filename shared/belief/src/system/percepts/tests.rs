@@ -43,12 +43,27 @@ fn an_empty_place_is_confirmed_by_one_observation_or_over_time() {
 }
 
 #[test]
+fn more_symbols_than_can_be_named_are_refused() {
+    let red = "{ name = \"red\", at = [0.80, 0.05, 0.05] },";
+    let more = |count: u32| {
+        let one = |number| format!("{{ name = \"{number}\", at = [0.80, 0.05, 0.05] }},");
+        (0..count).map(one).collect::<String>() + red
+    };
+    let text = BUILTIN.replacen(red, &more(64 - 7), 1);
+    let percepts = Percepts::parse(&text, Path::new("p.toml")).unwrap();
+    assert_eq!(percepts.get(5).unwrap().symbols().count(), 64);
+    assert!(refusal(red, &more(64 - 6)).1.contains("65 prototypes: at most 64"));
+}
+
+#[test]
 fn a_contradictory_percepts_file_is_refused_with_the_position() {
     let cases = [
         ("parent = \"position\"", "parent = \"place\"", "`place`; there are position, orientation"),
         ("percept = \"colour\"", "percept = \"color\"", "`color`"),
         ("name = \"orientation\"", "name = \"position\"", "percept named `position`"),
         ("name = \"green\"", "name = \"red\"", "prototype named `red`"),
+        ("name = \"green\"", "name = \" \"", "1 to 64 bytes"),
+        ("name = \"orientation\"", "name = \"a\\nb\"", "1 to 64 bytes"),
         ("measure = \"differs\"", "measure = \"metres\"", "`shape`"),
         ("weight = 0.5", "weight = -0.5", "-0.5"),
         (

@@ -1,8 +1,8 @@
 use std::fmt::Write as _;
 
 use message::{
-    LOSSES, MAX_BUSES, MAX_DEPTH, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
-    TEXT_CAPACITY, TopicId,
+    LOSSES, MAX_BUSES, MAX_DEPTH, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, MAX_SYMBOLS,
+    NAME_CAPACITY, NOBODY, STATES, TEXT_CAPACITY, TopicId,
 };
 
 use super::numbers::Numbered;
@@ -11,7 +11,7 @@ use crate::registry::{pattern, types};
 
 const OPENING: &str = "\
 /* What Leo's processes share through memory, for C and C++: made from shared/message by
- * `LEO_REWRITE=1 cargo test -p leo-message`; do not edit. docs/sources.md says how to use it.
+ * `LEO_REWRITE=1 cargo test -p leo-message`; do not edit. docs/sources.md and docs/beliefs.md say how to use it.
  *
  * A topic is an iceoryx2 publish-subscribe service whose payload is a slice of entries and whose
  * user header is the head. The types are known by the names that the macros ..._TYPE hold. */
@@ -94,8 +94,10 @@ pub(crate) fn header(declared: &[(&str, &Declared)], numbers: &[Numbered], compi
         ("LEO_MAX_JOINTS", MAX_JOINTS),
         ("LEO_MAX_PERSPECTIVES", MAX_PERSPECTIVES),
         ("LEO_MAX_SOURCES", MAX_SOURCES),
+        ("LEO_MAX_SYMBOLS", MAX_SYMBOLS),
         ("LEO_LOSSES", LOSSES),
         ("LEO_TEXT_CAPACITY", TEXT_CAPACITY),
+        ("LEO_NAME_CAPACITY", NAME_CAPACITY),
         ("LEO_MAX_DEPTH", MAX_DEPTH),
     ] {
         write!(out, "\n#define {name} {value}").expect("a string");

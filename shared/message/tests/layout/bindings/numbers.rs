@@ -2,8 +2,9 @@ use std::fs;
 use std::path::Path;
 
 use message::{
-    EventKind, Hop, JointArming, JointCause, JointLink, JointMode, JointMotion, JointPower, Loss, Modality,
-    ObservationKind, Process, ProcessState, SceneMode, State, TeacherActKind, ThingRole, TurnKind,
+    EventKind, FeatureKind, FeatureUnit, Hop, JointArming, JointCause, JointLink, JointMode, JointMotion,
+    JointPower, Loss, Modality, ObservationKind, PerceptKernel, PerceptRole, Process, ProcessState,
+    SceneMode, State, TeacherActKind, ThingRole, TurnKind,
 };
 
 /// A `wire_enum!` type: its name and values.
@@ -31,8 +32,8 @@ fn compiled() -> Vec<(&'static str, Vec<(String, u32)>)> {
         };
     }
     compiled!(
-        EventKind Hop JointArming JointCause JointLink JointMode JointMotion JointPower Loss Modality
-        ObservationKind Process ProcessState SceneMode State TeacherActKind ThingRole TurnKind
+        EventKind FeatureKind FeatureUnit Hop JointArming JointCause JointLink JointMode JointMotion JointPower Loss Modality
+        ObservationKind PerceptKernel PerceptRole Process ProcessState SceneMode State TeacherActKind ThingRole TurnKind
     )
 }
 

@@ -1,8 +1,8 @@
 use std::fmt::Write as _;
 
 use message::{
-    LOSSES, MAX_BUSES, MAX_DEPTH, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
-    TEXT_CAPACITY, TopicId,
+    LOSSES, MAX_BUSES, MAX_DEPTH, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, MAX_SYMBOLS,
+    NAME_CAPACITY, NOBODY, STATES, TEXT_CAPACITY, TopicId,
 };
 
 use super::numbers::Numbered;
@@ -10,7 +10,7 @@ use crate::declared::{Compiled, Declared, array, laid_out};
 use crate::registry::{pattern, types};
 
 const OPENING: &str = r#""""What Leo's processes share through memory, for ctypes: made from shared/message by
-`LEO_REWRITE=1 cargo test -p leo-message`; do not edit. docs/sources.md says how to use it.
+`LEO_REWRITE=1 cargo test -p leo-message`; do not edit. docs/sources.md and docs/beliefs.md say how to use it.
 
 A topic is an iceoryx2 publish-subscribe service whose payload is a slice of entries and whose
 user header is the head.
@@ -68,8 +68,10 @@ pub(crate) fn module(declared: &[(&str, &Declared)], numbers: &[Numbered], compi
         ("MAX_JOINTS", MAX_JOINTS),
         ("MAX_PERSPECTIVES", MAX_PERSPECTIVES),
         ("MAX_SOURCES", MAX_SOURCES),
+        ("MAX_SYMBOLS", MAX_SYMBOLS),
         ("LOSSES", LOSSES),
         ("TEXT_CAPACITY", TEXT_CAPACITY),
+        ("NAME_CAPACITY", NAME_CAPACITY),
         ("MAX_DEPTH", MAX_DEPTH),
     ] {
         write!(out, "\n{name} = {value}").expect("a string");
