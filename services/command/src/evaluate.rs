@@ -160,9 +160,9 @@ impl Evaluate {
         })?;
         let report = Report::of(&comparison.perspectives, similarity, &summary);
         if self.json {
-            output::print_json(&report.to_json())?
+            output::print_json(&report.to_json())?;
         } else {
-            output::print(&report.to_text())?
+            output::print(&report.to_text())?;
         }
         Ok(ExitCode::SUCCESS)
     }

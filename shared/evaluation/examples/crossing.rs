@@ -26,6 +26,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         measured.push(measures);
     }
     assert_eq!(measured.first(), Some(&[1.0, 1.0, 1.0]));
-    assert_eq!(measured.last().and_then(|[_, idf1, _]| Some(*idf1 < 0.6)), Some(true));
+    assert_eq!(measured.last().map(|[_, idf1, _]| *idf1 < 0.6), Some(true));
     Ok(())
 }

@@ -152,7 +152,7 @@ fn read_json(from: impl BufRead, name: &str) -> Result<BTreeMap<u64, Vec<TrueObj
     Ok(frames)
 }
 
-fn parse<'a, T: serde::de::DeserializeOwned>(text: &'a [u8]) -> Result<T, FieldError> {
+fn parse<T: serde::de::DeserializeOwned>(text: &[u8]) -> Result<T, FieldError> {
     trace::read_json(text).map_err(|JsonError { field, reason, .. }| FieldError { field, reason })
 }
 
