@@ -167,12 +167,12 @@ impl Sequence {
 mod tests {
     use super::*;
 
-    /// The positions of objects and of hypotheses on a line, by identity.
-    type Frame<'a> = (&'a [(u64, f64)], &'a [(u64, f64)]);
+    /// Identities and positions of a frame's objects, and those of its hypotheses.
+    type Line<'a> = (&'a [(u64, f64)], &'a [(u64, f64)]);
 
-    /// A sequence of frames. The similarity falls from 1
+    /// A sequence of frames, each with positions of objects and of hypotheses on a line. The similarity falls from 1
     /// by the distance.
-    fn sequence(frames: &[Frame<'_>]) -> Sequence {
+    fn sequence(frames: &[Line<'_>]) -> Sequence {
         let mut sequence = Sequence::default();
         for (objects, hypotheses) in frames {
             let similarity = |one: &f64, other: &f64| (1.0 - (one - other).abs()).max(0.0);
@@ -217,7 +217,7 @@ mod tests {
     #[test]
     fn an_object_at_a_limit_is_partly_tracked() {
         let tracked = |matched: usize| {
-            let frame = |number: usize| -> Frame<'_> {
+            let frame = |number: usize| -> Line<'static> {
                 (&[(1, 0.0)], if number < matched { &[(7, 0.0)] } else { &[(8, 9.0)] })
             };
             let clear = sequence(&(0..10).map(frame).collect::<Vec<_>>()).clear_mot(0.5);
