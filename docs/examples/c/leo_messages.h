@@ -1,5 +1,5 @@
 /* What Leo's processes share through memory, for C and C++: made from shared/message by
- * `LEO_REWRITE=1 cargo test -p leo-message`; do not edit. docs/sources.md says how to use it.
+ * `LEO_REWRITE=1 cargo test -p leo-message`; do not edit. docs/sources.md and docs/beliefs.md say how to use it.
  *
  * A topic is an iceoryx2 publish-subscribe service whose payload is a slice of entries and whose
  * user header is the head. The types are known by the names that the macros ..._TYPE hold. */
@@ -25,8 +25,10 @@
 #define LEO_MAX_JOINTS 256
 #define LEO_MAX_PERSPECTIVES 256
 #define LEO_MAX_SOURCES 16
+#define LEO_MAX_SYMBOLS 64
 #define LEO_LOSSES 24
 #define LEO_TEXT_CAPACITY 252
+#define LEO_NAME_CAPACITY 64
 #define LEO_MAX_DEPTH 6
 
 /* Topics. A frame is the head and a slice of entries. */
@@ -95,6 +97,28 @@ enum leo_event_kind {
     LEO_EVENT_KIND_MOVEMENT_SEEN = 17,
     /* A task from memory, followed by its hypotheses; sent to new subscribers. */
     LEO_EVENT_KIND_REMEMBERED = 18,
+};
+
+/* The kind of a feature, and so the meaning of its four numbers in shared memory. */
+enum leo_feature_kind {
+    /* No feature: the percept only classifies. */
+    LEO_FEATURE_KIND_NONE = 0,
+    /* A symbol: the first number is its index. */
+    LEO_FEATURE_KIND_SYMBOL = 1,
+    /* A number: the first. */
+    LEO_FEATURE_KIND_NUMBER = 2,
+    /* A position in the frame of the perspective, or extents: the first three numbers, in metres. */
+    LEO_FEATURE_KIND_VECTOR = 3,
+    /* An orientation in the frame of the perspective: a quaternion `[x, y, z, w]`. */
+    LEO_FEATURE_KIND_ORIENTATION = 4,
+};
+
+/* The unit of a feature's numbers. */
+enum leo_feature_unit {
+    /* None: a symbol, a degree, a quaternion, or the feature of a plug-in. */
+    LEO_FEATURE_UNIT_NONE = 0,
+    /* Metres. */
+    LEO_FEATURE_UNIT_METRES = 1,
 };
 
 /* A stage that a frame passes, in the direction of the data flow. */
@@ -302,6 +326,42 @@ enum leo_observation_kind {
     LEO_OBSERVATION_KIND_OCCLUDER = 3,
 };
 
+/* The classifier of a percept. */
+enum leo_percept_kernel {
+    /* The position, in the frame of the perspective. */
+    LEO_PERCEPT_KERNEL_POSITION = 0,
+    /* The orientation, in the frame of the perspective. */
+    LEO_PERCEPT_KERNEL_ORIENTATION = 1,
+    /* Half the extents along the object's own axes. */
+    LEO_PERCEPT_KERNEL_EXTENTS = 2,
+    /* The number of the source that observed the object. */
+    LEO_PERCEPT_KERNEL_SOURCE = 3,
+    /* The degree of a state, from 0 to 1. */
+    LEO_PERCEPT_KERNEL_STATE = 4,
+    /* The nearest prototype of shape. */
+    LEO_PERCEPT_KERNEL_NEAREST_SHAPE = 5,
+    /* The nearest prototype of colour. */
+    LEO_PERCEPT_KERNEL_NEAREST_COLOUR = 6,
+    /* The nearest prototype of size. */
+    LEO_PERCEPT_KERNEL_NEAREST_SIZE = 7,
+    /* 1 inside a box of the perspective's frame, 0 outside. */
+    LEO_PERCEPT_KERNEL_REGION = 8,
+    /* The degree to which a number of the parent's feature is within limits, from 0 to 1. */
+    LEO_PERCEPT_KERNEL_RANGE = 9,
+    /* A classifier of the program itself. */
+    LEO_PERCEPT_KERNEL_PLUGIN = 10,
+};
+
+/* The role of a percept in goal beliefs. */
+enum leo_percept_role {
+    /* It selects the objects that are meant. */
+    LEO_PERCEPT_ROLE_CRITERIA = 0,
+    /* It describes the state that the objects are to reach. */
+    LEO_PERCEPT_ROLE_EXPECTATION = 1,
+    /* Goal beliefs ignore it. */
+    LEO_PERCEPT_ROLE_NEITHER = 2,
+};
+
 /* A process of Leo, in the direction of the data flow. Its name is also its subcommand. */
 enum leo_process {
     /* Simulates the workspace, the teacher and Leo's body. */
@@ -474,11 +534,13 @@ struct leo_remembered {
     uint64_t sampled_at_ns;
     /* The percept: its index in the configured set P. */
     uint16_t percept;
+    /* The `FeatureKind` of its feature. */
     uint16_t feature_kind;
     /* Match m' in [0, 1]. */
     float matching;
     /* Confidence c' in [0, 1], decayed since the newest sample. */
     float confidence;
+    /* The feature d' by its kind; unused numbers are zero. */
     float feature[4];
 };
 LEO_ASSERT(sizeof(struct leo_remembered) == 40, "size of leo/Remembered/1");
@@ -505,6 +567,7 @@ struct leo_belief {
     uint16_t held_by;
     /* The owner according to this perspective, or `NOBODY` for a shared object. */
     uint16_t owner;
+    /* The number of its percepts. */
     uint32_t count;
     /* Where the object is expected at the frame's instant, in metres in the perspective's frame. The position percept
      * is what the perspective remembers instead. */
@@ -515,6 +578,7 @@ struct leo_belief {
     float position_variance_m2[3];
     /* Variance of the velocity along each axis, in (m/s)²; zero if positions are not predicted. */
     float velocity_variance_m2_s2[3];
+    /* Its percepts, in ascending order of their numbers. */
     struct leo_remembered percepts[12];
 };
 LEO_ASSERT(sizeof(struct leo_belief) == 568, "size of leo/Belief/3");
@@ -1031,6 +1095,19 @@ LEO_ASSERT(offsetof(struct leo_link_health, bytes_sent) == 88, "place of bytes_s
 LEO_ASSERT(offsetof(struct leo_link_health, bytes_received) == 96, "place of bytes_received");
 LEO_ASSERT(offsetof(struct leo_link_health, delay) == 104, "place of delay");
 
+/* A short name of fixed capacity, UTF-8. */
+#define LEO_NAME_TYPE "leo/Name/1"
+struct leo_name {
+    LEO_NAMED(LEO_NAME_TYPE)
+    /* Its length in bytes. */
+    uint32_t length;
+    /* Its bytes; those beyond its length are zero. */
+    uint8_t bytes[64];
+};
+LEO_ASSERT(sizeof(struct leo_name) == 68, "size of leo/Name/1");
+LEO_ASSERT(offsetof(struct leo_name, length) == 0, "place of length");
+LEO_ASSERT(offsetof(struct leo_name, bytes) == 4, "place of bytes");
+
 /* An observation of one object by one sensory source at one instant, in the robot's base frame.
  * 
  * An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
@@ -1133,6 +1210,40 @@ struct leo_perceived {
 LEO_ASSERT(sizeof(struct leo_perceived) == 480, "size of leo/Perceived/1");
 LEO_ASSERT(offsetof(struct leo_perceived, observation) == 0, "place of observation");
 LEO_ASSERT(offsetof(struct leo_perceived, snapshot) == 136, "place of snapshot");
+
+/* What a percept number in beliefs and snapshots means. */
+#define LEO_PERCEPT_DESCRIPTION_TYPE "leo/PerceptDescription/1"
+struct leo_percept_description {
+    LEO_NAMED(LEO_PERCEPT_DESCRIPTION_TYPE)
+    /* Its unique name in `percepts.toml`. */
+    struct leo_name name;
+    /* Its `PerceptRole`. */
+    uint16_t role;
+    /* Its `PerceptKernel`. */
+    uint16_t kernel;
+    /* The `FeatureKind` of its features; 65535 if a plug-in decides it. */
+    uint16_t feature_kind;
+    /* The `FeatureUnit` of its features. */
+    uint16_t unit;
+    /* The number of the percept that gates it; 65535 if there is none. */
+    uint16_t parent;
+    /* Zero. */
+    uint16_t reserved;
+    /* The number of its named symbols. */
+    uint32_t symbol_count;
+    /* Their names, by number. A symbol beyond the count has no name. */
+    struct leo_name symbols[64];
+};
+LEO_ASSERT(sizeof(struct leo_percept_description) == 4436, "size of leo/PerceptDescription/1");
+LEO_ASSERT(offsetof(struct leo_percept_description, name) == 0, "place of name");
+LEO_ASSERT(offsetof(struct leo_percept_description, role) == 68, "place of role");
+LEO_ASSERT(offsetof(struct leo_percept_description, kernel) == 70, "place of kernel");
+LEO_ASSERT(offsetof(struct leo_percept_description, feature_kind) == 72, "place of feature_kind");
+LEO_ASSERT(offsetof(struct leo_percept_description, unit) == 74, "place of unit");
+LEO_ASSERT(offsetof(struct leo_percept_description, parent) == 76, "place of parent");
+LEO_ASSERT(offsetof(struct leo_percept_description, reserved) == 78, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_percept_description, symbol_count) == 80, "place of symbol_count");
+LEO_ASSERT(offsetof(struct leo_percept_description, symbols) == 84, "place of symbols");
 
 /* Head of a percept buffer: the sources that delivered a frame. */
 #define LEO_PERCEPT_HEAD_TYPE "leo/PerceptHead/1"
@@ -1306,6 +1417,28 @@ struct leo_sources {
 LEO_ASSERT(sizeof(struct leo_sources) == 7688, "size of leo/Sources/1");
 LEO_ASSERT(offsetof(struct leo_sources, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_sources, sources) == 8, "place of sources");
+
+/* The names of what beliefs refer to by number: percepts, their symbols, and agents.
+ * 
+ * The belief process writes it to its board once, before its first beliefs. The board's name contains the
+ * incarnation that the headers of these beliefs contain. */
+#define LEO_SYMBOLS_TYPE "leo/Symbols/1"
+struct leo_symbols {
+    LEO_NAMED(LEO_SYMBOLS_TYPE)
+    /* The number of percepts; zero until the board has been written. */
+    uint32_t percept_count;
+    /* The number of agents: the robot and its partners. */
+    uint32_t agent_count;
+    /* The percepts, by number. */
+    struct leo_percept_description percepts[12];
+    /* The names of the agents, by number: 0 the robot, n partner n. */
+    struct leo_name agents[256];
+};
+LEO_ASSERT(sizeof(struct leo_symbols) == 70648, "size of leo/Symbols/1");
+LEO_ASSERT(offsetof(struct leo_symbols, percept_count) == 0, "place of percept_count");
+LEO_ASSERT(offsetof(struct leo_symbols, agent_count) == 4, "place of agent_count");
+LEO_ASSERT(offsetof(struct leo_symbols, percepts) == 8, "place of percepts");
+LEO_ASSERT(offsetof(struct leo_symbols, agents) == 53240, "place of agents");
 
 /* An interactive act of a teacher. Positions are in the world frame, in metres. */
 #define LEO_TEACHER_ACT_TYPE "leo/TeacherAct/1"

@@ -1,5 +1,5 @@
 """What Leo's processes share through memory, for ctypes: made from shared/message by
-`LEO_REWRITE=1 cargo test -p leo-message`; do not edit. docs/sources.md says how to use it.
+`LEO_REWRITE=1 cargo test -p leo-message`; do not edit. docs/sources.md and docs/beliefs.md say how to use it.
 
 A topic is an iceoryx2 publish-subscribe service whose payload is a slice of entries and whose
 user header is the head.
@@ -15,8 +15,10 @@ MAX_BUSES = 16
 MAX_JOINTS = 256
 MAX_PERSPECTIVES = 256
 MAX_SOURCES = 16
+MAX_SYMBOLS = 64
 LOSSES = 24
 TEXT_CAPACITY = 252
+NAME_CAPACITY = 64
 MAX_DEPTH = 6
 
 
@@ -58,6 +60,28 @@ class EventKind(enum.IntEnum):
     MOVEMENT_SEEN = 17
     # A task from memory, followed by its hypotheses; sent to new subscribers.
     REMEMBERED = 18
+
+
+# The kind of a feature, and so the meaning of its four numbers in shared memory.
+class FeatureKind(enum.IntEnum):
+    # No feature: the percept only classifies.
+    NONE = 0
+    # A symbol: the first number is its index.
+    SYMBOL = 1
+    # A number: the first.
+    NUMBER = 2
+    # A position in the frame of the perspective, or extents: the first three numbers, in metres.
+    VECTOR = 3
+    # An orientation in the frame of the perspective: a quaternion `[x, y, z, w]`.
+    ORIENTATION = 4
+
+
+# The unit of a feature's numbers.
+class FeatureUnit(enum.IntEnum):
+    # None: a symbol, a degree, a quaternion, or the feature of a plug-in.
+    NONE = 0
+    # Metres.
+    METRES = 1
 
 
 # A stage that a frame passes, in the direction of the data flow.
@@ -265,6 +289,42 @@ class ObservationKind(enum.IntEnum):
     OCCLUDER = 3
 
 
+# The classifier of a percept.
+class PerceptKernel(enum.IntEnum):
+    # The position, in the frame of the perspective.
+    POSITION = 0
+    # The orientation, in the frame of the perspective.
+    ORIENTATION = 1
+    # Half the extents along the object's own axes.
+    EXTENTS = 2
+    # The number of the source that observed the object.
+    SOURCE = 3
+    # The degree of a state, from 0 to 1.
+    STATE = 4
+    # The nearest prototype of shape.
+    NEAREST_SHAPE = 5
+    # The nearest prototype of colour.
+    NEAREST_COLOUR = 6
+    # The nearest prototype of size.
+    NEAREST_SIZE = 7
+    # 1 inside a box of the perspective's frame, 0 outside.
+    REGION = 8
+    # The degree to which a number of the parent's feature is within limits, from 0 to 1.
+    RANGE = 9
+    # A classifier of the program itself.
+    PLUGIN = 10
+
+
+# The role of a percept in goal beliefs.
+class PerceptRole(enum.IntEnum):
+    # It selects the objects that are meant.
+    CRITERIA = 0
+    # It describes the state that the objects are to reach.
+    EXPECTATION = 1
+    # Goal beliefs ignore it.
+    NEITHER = 2
+
+
 # A process of Leo, in the direction of the data flow. Its name is also its subcommand.
 class Process(enum.IntEnum):
     # Simulates the workspace, the teacher and Leo's body.
@@ -433,11 +493,13 @@ class Remembered(ctypes.Structure):
         ("sampled_at_ns", ctypes.c_uint64),
         # The percept: its index in the configured set P.
         ("percept", ctypes.c_uint16),
+        # The `FeatureKind` of its feature.
         ("feature_kind", ctypes.c_uint16),
         # Match m' in [0, 1].
         ("matching", ctypes.c_float),
         # Confidence c' in [0, 1], decayed since the newest sample.
         ("confidence", ctypes.c_float),
+        # The feature d' by its kind; unused numbers are zero.
         ("feature", ctypes.c_float * 4),
     ]
 
@@ -461,6 +523,7 @@ class Belief(ctypes.Structure):
         ("held_by", ctypes.c_uint16),
         # The owner according to this perspective, or `NOBODY` for a shared object.
         ("owner", ctypes.c_uint16),
+        # The number of its percepts.
         ("count", ctypes.c_uint32),
         # Where the object is expected at the frame's instant, in metres in the perspective's frame. The position percept
         # is what the perspective remembers instead.
@@ -471,6 +534,7 @@ class Belief(ctypes.Structure):
         ("position_variance_m2", ctypes.c_float * 3),
         # Variance of the velocity along each axis, in (m/s)²; zero if positions are not predicted.
         ("velocity_variance_m2_s2", ctypes.c_float * 3),
+        # Its percepts, in ascending order of their numbers.
         ("percepts", Remembered * 12),
     ]
 
@@ -894,6 +958,20 @@ class LinkHealth(ctypes.Structure):
         return "leo/LinkHealth/1"
 
 
+# A short name of fixed capacity, UTF-8.
+class Name(ctypes.Structure):
+    _fields_ = [
+        # Its length in bytes.
+        ("length", ctypes.c_uint32),
+        # Its bytes; those beyond its length are zero.
+        ("bytes", ctypes.c_uint8 * 64),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Name/1"
+
+
 # An observation of one object by one sensory source at one instant, in the robot's base frame.
 #
 # An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
@@ -983,6 +1061,34 @@ class Perceived(ctypes.Structure):
     @staticmethod
     def type_name():
         return "leo/Perceived/1"
+
+
+# What a percept number in beliefs and snapshots means.
+class PerceptDescription(ctypes.Structure):
+    _fields_ = [
+        # Its unique name in `percepts.toml`.
+        ("name", Name),
+        # Its `PerceptRole`.
+        ("role", ctypes.c_uint16),
+        # Its `PerceptKernel`.
+        ("kernel", ctypes.c_uint16),
+        # The `FeatureKind` of its features; 65535 if a plug-in decides it.
+        ("feature_kind", ctypes.c_uint16),
+        # The `FeatureUnit` of its features.
+        ("unit", ctypes.c_uint16),
+        # The number of the percept that gates it; 65535 if there is none.
+        ("parent", ctypes.c_uint16),
+        # Zero.
+        ("reserved", ctypes.c_uint16),
+        # The number of its named symbols.
+        ("symbol_count", ctypes.c_uint32),
+        # Their names, by number. A symbol beyond the count has no name.
+        ("symbols", Name * 64),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/PerceptDescription/1"
 
 
 # Head of a percept buffer: the sources that delivered a frame.
@@ -1144,6 +1250,27 @@ class Sources(ctypes.Structure):
         return "leo/Sources/1"
 
 
+# The names of what beliefs refer to by number: percepts, their symbols, and agents.
+#
+# The belief process writes it to its board once, before its first beliefs. The board's name contains the
+# incarnation that the headers of these beliefs contain.
+class Symbols(ctypes.Structure):
+    _fields_ = [
+        # The number of percepts; zero until the board has been written.
+        ("percept_count", ctypes.c_uint32),
+        # The number of agents: the robot and its partners.
+        ("agent_count", ctypes.c_uint32),
+        # The percepts, by number.
+        ("percepts", PerceptDescription * 12),
+        # The names of the agents, by number: 0 the robot, n partner n.
+        ("agents", Name * 256),
+    ]
+
+    @staticmethod
+    def type_name():
+        return "leo/Symbols/1"
+
+
 # An interactive act of a teacher. Positions are in the world frame, in metres.
 class TeacherAct(ctypes.Structure):
     _fields_ = [
@@ -1247,10 +1374,12 @@ _LAYOUT = [
     (Joints, 18464, [0, 8, 16, 24, 32]),
     (Life, 32, [0, 8, 16, 24, 28]),
     (LinkHealth, 1856, [0, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104]),
+    (Name, 68, [0, 4]),
     (Observation, 136, [0, 8, 10, 12, 14, 16, 18, 20, 24, 36, 48, 64, 76, 88, 104]),
     (PerceptValue, 28, [0, 2, 4, 8, 12]),
     (Snapshot, 340, [0, 4]),
     (Perceived, 480, [0, 136]),
+    (PerceptDescription, 4436, [0, 68, 70, 72, 74, 76, 78, 80, 84]),
     (PerceptHead, 104, [0, 96]),
     (PerspectiveHealth, 48, [0, 16, 24, 32, 40]),
     (Perspectives, 12296, [0, 8]),
@@ -1259,6 +1388,7 @@ _LAYOUT = [
     (SceneObject, 408, [0, 24, 56, 80, 92, 108, 140, 142, 144, 146, 148]),
     (SourceHealth, 480, [0, 256, 264, 272, 280, 288]),
     (Sources, 7688, [0, 8]),
+    (Symbols, 70648, [0, 4, 8, 53240]),
     (TeacherAct, 592, [0, 8, 32, 56, 64, 66, 68, 70, 72, 80, 336]),
     (Turn, 16, [0, 4, 8]),
     (Utterance, 260, [0, 4]),
