@@ -138,6 +138,14 @@ message! {
 }
 
 impl Belief {
+    /// Where the object is expected at the frame's instant, in metres in the perspective's frame; `None` if positions are
+    /// not predicted.
+    #[must_use]
+    pub fn expected_position(&self) -> Option<[f64; 3]> {
+        let is_predicted = self.position_variance_m2.iter().any(|variance| *variance > 0.0);
+        is_predicted.then(|| self.expected_position_m.map(f64::from))
+    }
+
     /// A belief without percepts, about a shared object.
     #[must_use]
     #[inline]

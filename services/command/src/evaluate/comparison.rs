@@ -191,9 +191,10 @@ impl EvaluatedPerspective {
 }
 
 impl ComparedPercepts {
-    /// `None` if the belief has no position.
+    /// `None` if the belief has no position. The expected position is compared, or without prediction the remembered one.
     fn hypothesis(self, mind: &PerspectiveRecord<'_>, belief: &Belief) -> Option<Hypothesis> {
-        let position_m = mind.place_m(belief, Some(self.position))?;
+        let remembered_m = mind.place_m(belief, Some(self.position))?;
+        let position_m = mind.expected_place_m(belief).unwrap_or(remembered_m);
         let half_extents_m = self.extents.and_then(|extents| belief.vector(extents));
         let size_m = half_extents_m.map(|half| half.map(|half| 2.0 * half));
         Some(Hypothesis { id: belief.id, position_m, size_m })

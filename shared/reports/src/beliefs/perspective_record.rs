@@ -40,7 +40,17 @@ impl PerspectiveRecord<'_> {
     /// A remembered position in the robot's base frame, in metres; `None` if the belief has none.
     #[must_use]
     pub fn place_m(&self, belief: &Belief, position: Option<u16>) -> Option<[f64; 3]> {
-        let [x, y, z] = belief.vector(position?)?;
+        self.in_base(belief.vector(position?)?)
+    }
+
+    /// Where the object of a belief is expected, in the robot's base frame and in metres; `None` if positions are not
+    /// predicted.
+    #[must_use]
+    pub fn expected_place_m(&self, belief: &Belief) -> Option<[f64; 3]> {
+        self.in_base(belief.expected_position()?)
+    }
+
+    fn in_base(&self, [x, y, z]: [f64; 3]) -> Option<[f64; 3]> {
         Some((self.head.frame()? * Position::new(x, y, z)).to_array())
     }
 }
