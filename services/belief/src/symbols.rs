@@ -105,7 +105,10 @@ mod tests {
         let symbols = symbols(&percepts, &[], ["Leo"]);
         let perception = Perception::new(&percepts).unwrap();
         let mut seen = message::Observation::object(0, 1);
+        seen.orientation_xyzw = [0.0, 0.0, 0.0, 1.0];
         seen.half_extents_m = [0.03; 3];
+        seen.colour_rgb = [0.80, 0.05, 0.05];
+        seen.shape = [0.0; 4];
         seen.states = [1.0; message::STATES];
         let snapshot = perception.perceive(&seen, &Frame { agent: 0 });
         let mut compared = 0;

@@ -21,7 +21,7 @@
 //!
 //! The source has three rooms, and imports flow one way: from `system` to the other two.
 //!
-//! - `association` decides which detection belongs to which belief: distance, gating, clustering, cannot-link.
+//! - `association` decides which detection belongs to which belief: prediction, distance, gating, clustering, cannot-link.
 //! - `storage` remembers each belief: slots, histories, samples.
 //! - `system` makes a belief system of both: steps, culling, settings, plug-in functions.
 //!

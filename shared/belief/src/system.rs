@@ -6,12 +6,14 @@
 
 mod belief_system;
 mod beliefs;
+mod continuation;
 mod counts;
 mod cull;
 mod cull_fn;
 mod culling;
 mod detections;
 mod error;
+mod evidence;
 pub mod percepts;
 mod plugins;
 mod reanchor;

@@ -168,7 +168,7 @@ impl SerializedObservation {
             confidence: self.confidence.0,
             position_m: self.position_m.0,
             position_sd_m: self.position_sd_m.map_or([0.0; 3], |Reals(sd_m)| sd_m),
-            orientation_xyzw: observed(self.orientation_xyzw.as_ref()),
+            orientation_xyzw: self.orientation_xyzw(),
             half_extents_m,
             colour_rgb,
             shape: observed(self.shape.as_ref()),
@@ -181,6 +181,14 @@ impl SerializedObservation {
             observation.set_state(state, degree.map_or(f32::NAN, |degree| degree.0));
         }
         Ok(observation)
+    }
+
+    /// The orientation. That of a person or an occluder, which need one, is upright without it.
+    fn orientation_xyzw(&self) -> [f32; 4] {
+        match (&self.orientation_xyzw, self.kind) {
+            (None, ObservationKind::Person | ObservationKind::Occluder) => [0.0, 0.0, 0.0, 1.0],
+            (xyzw, _) => observed(xyzw.as_ref()),
+        }
     }
 
     /// Half the extents, from the key that has them.

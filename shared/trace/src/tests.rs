@@ -474,7 +474,7 @@ fn an_unusable_frame_is_refused_with_its_reason() {
         let (frames, error, reader) = read(text.as_bytes());
         assert!(error.is_none(), "{error:?}");
         let counts: Vec<_> = frames.iter().map(|frame| (frame.at_ns, frame.observations.len())).collect();
-        assert_eq!(counts, [(5, 1), (6, 0), (3, 0), (4, 1), (5, 0), (6, 3), (7, 0), (8, 0)]);
+        assert_eq!(counts, [(5, 1), (6, 0), (3, 0), (4, 1), (5, 0), (6, 3), (7, 0), (8, 1)]);
         let refused: Vec<_> = reader
             .refused()
             .iter()
@@ -484,7 +484,7 @@ fn an_unusable_frame_is_refused_with_its_reason() {
             refused,
             [
                 (TraceRejectReason::Unusable(Loss::Position), 2, Place::Line(2)),
-                (TraceRejectReason::Unusable(Loss::Orientation), 2, Place::Line(4)),
+                (TraceRejectReason::Unusable(Loss::Orientation), 1, Place::Line(4)),
                 (TraceRejectReason::Stale, 2, Place::Line(5)),
                 (TraceRejectReason::Unusable(Loss::State), 1, Place::Line(6)),
                 (TraceRejectReason::InFuture, 1, Place::Line(8)),
@@ -493,6 +493,16 @@ fn an_unusable_frame_is_refused_with_its_reason() {
                 (TraceRejectReason::Unusable(Loss::Extents), 2, Place::Line(10)),
             ]
         );
+    }
+}
+
+#[test]
+fn a_person_or_an_occluder_without_orientation_is_upright() {
+    let upright = Some([0.0, 0.0, 0.0, 1.0]);
+    for kind in [r#""person", "partner": 1"#, r#""occluder", "half_extents_m": [0.1, 0.1, 0.1]"#] {
+        let keys = format!(r#", "kind": {kind}"#);
+        assert_eq!(only(&keys).orientation(), upright, "{kind}");
+        assert_eq!(only(&format!("{keys}, \"orientation_xyzw\": null")).orientation(), upright, "{kind}");
     }
 }
 

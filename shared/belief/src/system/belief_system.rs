@@ -7,15 +7,16 @@ use message::{Belief, Remembered};
 use quantity::number::saturating_u32;
 
 use super::beliefs::Beliefs;
+use super::continuation::Continuation;
 use super::counts::Counts;
 use super::cull_fn::CullFn;
 use super::detections::Detections;
 use super::error::BeliefSystemError;
+use super::evidence::Evidence;
 use super::percepts::{Percept, Percepts};
 use super::plugins::BeliefPlugins;
 use super::sources::Sources;
 use super::step::Step;
-use super::tracking::{Continuation, Evidence};
 use crate::association::Clustering;
 use crate::storage::{BoundedVec, Sample};
 

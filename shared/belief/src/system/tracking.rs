@@ -5,22 +5,9 @@ use message::Perceived;
 use quantity::number::single;
 
 use super::belief_system::BeliefSystem;
-
-/// A detection that continues a track.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Continuation {
-    distance: f64,
-    old: u32,
-    fresh: u32,
-}
-
-/// For how many steps in a row another belief was observed where one is expected, but not observed.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Evidence {
-    /// Identity of the other; 0 if there is none.
-    of: u64,
-    steps: u32,
-}
+use super::continuation::Continuation;
+use super::evidence::Evidence;
+use crate::association::Motion;
 
 impl BeliefSystem {
     /// Compares every belief by the position that is expected when the first frame of the step was taken.
@@ -189,7 +176,7 @@ impl BeliefSystem {
     /// The motion expected of the belief at `index` in order of the identities, in the perspective's frame. `None` if
     /// positions are not predicted, or the belief has none.
     #[must_use]
-    pub fn motion(&self, index: usize, instant: Instant) -> Option<crate::Motion> {
+    pub fn motion(&self, index: usize, instant: Instant) -> Option<Motion> {
         self.beliefs.features.motion(*self.announced().get(index)?, instant)
     }
 }
