@@ -98,7 +98,6 @@ def motmetrics_measures(sequences):
             "misses": "num_misses",
             "false_positives": "num_false_positives",
             "identity_switches": "num_switches",
-            "fragmentations": "num_fragmentations",
             "mostly_tracked": "mostly_tracked",
             "partly_tracked": "partially_tracked",
             "mostly_lost": "mostly_lost",

@@ -33,6 +33,9 @@ use truth::{Truth, TruthText};
 /// The cut-off of a distance, in metres, where none is given: between two blocks on a table.
 const CUT_OFF_M: f64 = 0.1;
 
+/// Sightings of a detector's object after which its belief is compared, where nothing is given: as the tracker SORT does.
+const ANNOUNCE_DETECTIONS_AFTER: u32 = 3;
+
 #[derive(Args, Clone, Debug)]
 #[command(
     after_help = "Examples:\n  leo evaluate --truth truth.jsonl trace.jsonl\n  leo evaluate --truth gt.txt --detections \
@@ -57,6 +60,10 @@ pub(crate) struct Evaluate {
     /// Use detections of this score and above, with confidence 1 [default: the score is the confidence]
     #[arg(long, value_name = "SCORE", value_parser = score, allow_hyphen_values = true)]
     min_score: Option<f64>,
+    /// Sightings after which a belief is announced, and compared [default: 3 for detections, which may be false; otherwise
+    /// as configured]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    announce_after: Option<u32>,
     /// What is compared [default: box for a truth in pixels, distance otherwise]
     #[arg(long, value_name = "WHAT")]
     similarity: Option<Compared>,
@@ -138,7 +145,12 @@ struct Prepared {
 impl Evaluate {
     /// Runs the trace through the belief systems, compares, and prints the measures.
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let mut robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        if let Some(tracking) = &mut robot.percepts.belief.tracking {
+            let of_detections = self.detections.is_some().then_some(ANNOUNCE_DETECTIONS_AFTER);
+            tracking.announce_after =
+                self.announce_after.or(of_detections).unwrap_or(tracking.announce_after);
+        }
         let partners = self.partners.unwrap_or(robot.leo.belief.partners);
         let mut minds = BeliefPipeline::new(&robot, partners).map_err(CommandError::usage)?;
         let prepared = self.prepare()?;

@@ -113,7 +113,9 @@ fn a_thing_that_crosses_a_crowd_of_equal_ones_keeps_its_identity() {
 
 #[test]
 fn a_belief_is_announced_after_three_sightings_or_a_confident_one() {
-    let mut robot = Robot::new(&Percepts::builtin());
+    let mut percepts = Percepts::builtin();
+    percepts.belief.tracking.as_mut().unwrap().announce_after = 3;
+    let mut robot = Robot::new(&percepts);
     let (here, there) = ([0.5, 0.0, 0.0], [0.5, 0.5, 0.0]);
     for frame in 0..4 {
         robot.see(ms(5 * frame), &[block(ms(5 * frame), here, RED)], true);
