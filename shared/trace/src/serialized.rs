@@ -167,7 +167,7 @@ impl SerializedObservation {
             held_by: self.held_by.unwrap_or(NOBODY),
             confidence: self.confidence.0,
             position_m: self.position_m.0,
-            position_sd_m: self.position_sd_m.map_or([0.0; 3], |Reals(sd_m)| sd_m),
+            position_sd_m: self.position_sd_m.as_ref().map_or([0.0; 3], |Reals(sd_m)| *sd_m),
             orientation_xyzw: self.orientation_xyzw(),
             half_extents_m,
             colour_rgb,
