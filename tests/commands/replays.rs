@@ -169,7 +169,7 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     };
     let index = nth(TopicId::Beliefs(1), 1000);
     let mut changed = right.clone();
-    changed[index].bytes[280 + 40 + 40 + 16] ^= 1;
+    changed[index].bytes[280 + 88 + 40 + 16] ^= 1;
     rewritten(&changed, &wrong);
     let output = run_leo(&["replay", &wrong]);
     assert_eq!(output.status, Some(1), "{output:?}");
