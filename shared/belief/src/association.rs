@@ -2,8 +2,8 @@
 //!
 //! [`Clustering`] makes it over any [`AssociationProblem`]. `metric` is the distance D, `features` caches what it
 //! compares of each belief, `tracks` predicts where each thing is, and `detection_history` yields the cannot-link
-//! constraints. The room stores no samples and
-//! imports no other room: what it needs of a storage is the trait [`FeatureStore`].
+//! constraints. The room stores no samples and imports no other room: what it needs of a storage is the trait
+//! [`FeatureStore`].
 
 mod axis;
 mod clustering;

@@ -124,7 +124,8 @@
 //!
 //! The cost of a step is proportional to the number of observations plus the number of beliefs, because every belief is
 //! tested for culling (`cargo bench -p belief-process`). A step with frames of two sources, where the second sees every
-//! fifth thing, costs two and a half times as much. Association uses only the few features that D compares; the
+//! fifth thing, costs two and a half times as much. A detection that no belief takes is compared with every belief, for
+//! a track that it may continue. Association uses only the few features that D compares; the
 //! histories are updated afterwards, in memory order. Nothing allocates after [`BeliefSystem::new`].
 
 mod association;

@@ -497,6 +497,13 @@ fn an_unusable_frame_is_refused_with_its_reason() {
 }
 
 #[test]
+fn a_standard_deviation_of_the_position_is_read_or_not_stated() {
+    let sd_m = |keys: &str| only(keys).position_sd_m.map(f32::to_bits);
+    assert_eq!(sd_m(""), [0.0_f32; 3].map(f32::to_bits));
+    assert_eq!(sd_m(r#", "position_sd_m": [0.01, 0.02, 0]"#), [0.01_f32, 0.02, 0.0].map(f32::to_bits));
+}
+
+#[test]
 fn a_person_or_an_occluder_without_orientation_is_upright() {
     let upright = Some([0.0, 0.0, 0.0, 1.0]);
     for kind in [r#""person", "partner": 1"#, r#""occluder", "half_extents_m": [0.1, 0.1, 0.1]"#] {

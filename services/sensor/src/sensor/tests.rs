@@ -197,6 +197,18 @@ fn the_noise_of_a_source_reduces_its_confidence() {
 }
 
 #[test]
+fn the_noise_of_a_source_is_that_of_observations_that_state_none() {
+    let mut sensor =
+        sensor(&["position_sd_m = 0.02\nframe = { position_m = [0.0, 0.0, 0.0], heading_deg = 90.0 }"]);
+    let thing = Observation { position_sd_m: [0.05, 0.0, 0.01], ..seen(9) };
+    cycle(&mut sensor, 10, &[(0, header(1, 9), &[thing])]);
+    let [taken] = reported(&sensor)[..] else { panic!("{:?}", lost(&sensor)) };
+    for (is, should) in taken.position_sd_m.iter().zip([0.02, 0.05, 0.01]) {
+        assert!((is - should).abs() < 1e-6, "{taken:?}");
+    }
+}
+
+#[test]
 fn frames_of_all_sources_become_one_frame_of_the_newest_instant() {
     let mut sensor = sensor(&["", "", ""]);
     let old = Header { over_capacity: 3, ..header(1, 5) };

@@ -37,7 +37,7 @@ pub struct Motion {
     pub velocity_variance_m2_s2: [f32; 3],
 }
 
-/// A thing moves if its velocity differs from zero by so many standard deviations. A thing at rest stays far below,
+/// A thing moves if its speed is more than so many standard deviations of its velocity. A thing at rest stays far below,
 /// because the process noise allows for a sudden motion.
 const MOVES_SD: f32 = 1.0;
 
@@ -79,15 +79,17 @@ impl Track {
     }
 
     /// The distance of a position from the way of the thing, in metres: from the line between the last sighting and where
-    /// it would be at `instant`. `None` if it does not move: its velocity does not differ from zero.
+    /// it would be at `instant`. `None` if it does not move.
     pub(crate) fn distance_from_way_m(&self, position_m: [f32; 3], instant: Instant) -> Option<f64> {
-        let significance = |axis: &Axis| (axis.velocity_m_s.powi(2) / axis.velocity_m2_s2).min(f32::MAX);
-        if self.axes.iter().map(significance).sum::<f32>() <= MOVES_SD * MOVES_SD {
-            return None;
-        }
         let along =
             |of: [f32; 3], other: [f32; 3]| of.iter().zip(other).map(|(one, other)| one * other).sum::<f32>();
         let velocity = self.axes.map(|axis| axis.velocity_m_s);
+        let variance = self.axes.iter().fold(0.0, |most: f32, axis| most.max(axis.velocity_m2_s2));
+        // Written so that NaN counts as at rest.
+        let is_moving = along(velocity, velocity) > MOVES_SD * MOVES_SD * variance;
+        if !is_moving {
+            return None;
+        }
         let mut offset = position_m;
         offset.iter_mut().zip(&self.axes).for_each(|(offset, axis)| *offset -= axis.position_m);
         let most_s = single(instant.since(self.at).as_secs_f64());

@@ -6,6 +6,10 @@ use quantity::number::single;
 use super::settings::Tracking;
 use super::track::{Motion, Sighting, Track};
 
+/// The least standard deviation of an observed position, in metres. The square of a smaller one may round to zero, and a
+/// filter of two exact positions has no gain.
+const MIN_POSITION_SD_M: f32 = 1e-6;
+
 /// The track of the belief in each slot.
 #[derive(Clone, Debug)]
 pub(crate) struct Tracks {
@@ -29,7 +33,7 @@ impl Tracks {
         let default_m = single(self.settings.position_sd_m);
         let variance_m2 = observation.position_sd_m.map(|stated_m| {
             let sd_m = if stated_m > 0.0 { stated_m } else { default_m };
-            sd_m.max(of_size_m).powi(2)
+            sd_m.max(of_size_m).max(MIN_POSITION_SD_M).powi(2)
         });
         Sighting { at, position_m, variance_m2 }
     }

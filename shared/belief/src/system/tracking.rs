@@ -1,6 +1,7 @@
 //! Tracking: what prediction adds to a step. Without [`Tracking`](super::percepts::Tracking) none of it does anything.
 
 use clock::Instant;
+use invariant::require;
 use message::Perceived;
 use quantity::number::single;
 
@@ -87,11 +88,13 @@ impl BeliefSystem {
         if self.sources.first_frame().is_none() {
             return;
         }
+        let merged = self.counts.merged;
         for index in 0..self.live_len() {
             let Some(&slot) = self.beliefs.arena.live().get(index) else { break };
             let other = self.observed_instead_of(slot, &in_view);
             let of = other.and_then(|other| self.beliefs.arena.memory(other)).map_or(0, |memory| memory.id);
-            let Some(evidence) = self.evidence.get_mut(slot as usize) else { continue };
+            let evidence = require!(self.evidence.get_mut(slot as usize), "slot {slot} has evidence");
+            let Some(evidence) = evidence else { continue };
             let before = if evidence.of == of { evidence.steps } else { 0 };
             *evidence = Evidence { of, steps: before.saturating_add(1) };
             if let Some(other) = other
@@ -100,7 +103,9 @@ impl BeliefSystem {
                 self.merge_old(slot, other);
             }
         }
-        self.beliefs.arena.compact();
+        if self.counts.merged > merged {
+            self.beliefs.arena.compact();
+        }
     }
 
     /// The nearest belief that is observed in this step within the gate of an unobserved one whose expected position is

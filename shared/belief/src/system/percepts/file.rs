@@ -70,12 +70,12 @@ struct RawBelief {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawTracking {
-    acceleration_sd_m_s2: NotNegative,
-    speed_sd_m_s: NotNegative,
+    acceleration_sd_m_s2: Spanned<NotNegative>,
+    speed_sd_m_s: Spanned<NotNegative>,
     position_sd_m: Spanned<NotNegative>,
-    position_sd_of_size: NotNegative,
-    gate_sd: NotNegative,
-    coast_ms: Milliseconds,
+    position_sd_of_size: Spanned<NotNegative>,
+    gate_sd: Spanned<NotNegative>,
+    coast_ms: Spanned<Milliseconds>,
     reappear_ms: Milliseconds,
     merge_after: u32,
     announce_after: u32,
@@ -197,19 +197,35 @@ impl RawBelief {
     }
 }
 
+/// Largest standard deviation of a track, in its own unit: beyond any robot, and its fourth power is a finite single.
+const MAX_SD: f64 = 1_000.0;
+
+/// Longest coasting time.
+const MAX_COAST: Duration = Duration::from_secs(60);
+
 impl RawTracking {
     fn resolve(self) -> Result<Tracking, SpannedError> {
+        let bounded = |number: &Spanned<NotNegative>| {
+            let value = number.get_ref().get();
+            let reason = || format!("a track has numbers up to {MAX_SD}");
+            if value <= MAX_SD { Ok(value) } else { Err(SpannedError::at(number, reason())) }
+        };
         if self.position_sd_m.get_ref().get() <= 0.0 {
             let reason = "no position is exact: give a standard deviation above 0";
             return Err(SpannedError::at(&self.position_sd_m, reason));
         }
+        let coast = self.coast_ms.get_ref().duration();
+        if coast > MAX_COAST {
+            let reason = format!("an unobserved thing coasts for at most {} s", MAX_COAST.as_secs());
+            return Err(SpannedError::at(&self.coast_ms, reason));
+        }
         Ok(Tracking {
-            acceleration_sd_m_s2: self.acceleration_sd_m_s2.get(),
-            speed_sd_m_s: self.speed_sd_m_s.get(),
-            position_sd_m: self.position_sd_m.get_ref().get(),
-            position_sd_of_size: self.position_sd_of_size.get(),
-            gate_sd: self.gate_sd.get(),
-            coast: self.coast_ms.duration(),
+            acceleration_sd_m_s2: bounded(&self.acceleration_sd_m_s2)?,
+            speed_sd_m_s: bounded(&self.speed_sd_m_s)?,
+            position_sd_m: bounded(&self.position_sd_m)?,
+            position_sd_of_size: bounded(&self.position_sd_of_size)?,
+            gate_sd: bounded(&self.gate_sd)?,
+            coast,
             reappear: self.reappear_ms.duration(),
             merge_after: self.merge_after,
             announce_after: self.announce_after,

@@ -85,6 +85,10 @@ fn a_contradictory_percepts_file_is_refused_with_the_position() {
         ("max_m = [inf, inf, inf]", "max_m = [inf, -1.0, inf]", "region"),
         ("max_m = [inf, inf, inf]", "max_m = [inf, nan, inf]", "region"),
         ("normalised = false", "normalized = false", "`normalised`?"),
+        ("position_sd_m = 0.01", "position_sd_m = 0.0", "above 0"),
+        ("speed_sd_m_s = 1.0", "speed_sd_m_s = 1e30", "up to 1000"),
+        ("gate_sd = 3.4", "gate_sd = inf", "inf"),
+        ("coast_ms = 500.0", "coast_ms = 60001.0", "at most 60 s"),
     ];
     let mut wording = String::new();
     for (from, to, word) in cases {

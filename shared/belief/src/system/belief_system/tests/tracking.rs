@@ -156,6 +156,45 @@ fn a_thing_that_passes_behind_an_occluder_keeps_its_identity() {
 }
 
 #[test]
+fn almost_exact_positions_leave_finite_tracks() {
+    let mut percepts = Percepts::builtin();
+    let tracking = percepts.belief.tracking.as_mut().unwrap();
+    (tracking.acceleration_sd_m_s2, tracking.speed_sd_m_s, tracking.position_sd_of_size) = (0.0, 0.0, 0.0);
+    let mut robot = Robot::new(&percepts);
+    for frame in 0..4 {
+        let now = Instant::from_nanos(1_000_000_000 + frame);
+        let exact = Observation { position_sd_m: [1e-30; 3], ..block(now, [0.5, 0.0, 0.0], RED) };
+        robot.see(now, &[exact], true);
+    }
+    assert_eq!(robot.ids(), [1]);
+    let motion = robot.system.motion(0, robot.system.now()).unwrap();
+    assert_eq!(motion.position_m, [0.5, 0.0, 0.0], "{motion:?}");
+    assert!(motion.position_variance_m2.iter().all(|variance| *variance > 0.0), "{motion:?}");
+}
+
+#[test]
+fn a_stated_standard_deviation_weighs_an_observation_and_turns_with_the_frame() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let seen = |position_sd_m: [f32; 3]| Observation {
+        position_sd_m,
+        half_extents_m: [message::UNOBSERVED; 3],
+        ..block(ms(0), [0.5, 0.0, 0.0], RED)
+    };
+    robot.see(ms(0), &[seen([0.04, 0.02, 0.0])], true);
+    let sds = |robot: &Robot| robot.system.motion(0, ms(0)).unwrap().position_variance_m2.map(f32::sqrt);
+    let are = |found: [f32; 3], expected: [f32; 3]| {
+        found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-6)
+    };
+    // The third one is not stated.
+    assert!(are(sds(&robot), [0.04, 0.02, 0.01]), "{:?}", sds(&robot));
+    let quarter =
+        Pose::<geometry::Base, geometry::Person>::upright(0.0, 0.0, 0.0, std::f64::consts::FRAC_PI_2);
+    robot.system.reanchor(&quarter);
+    assert!(are(sds(&robot), [0.02, 0.04, 0.01]), "{:?}", sds(&robot));
+    assert!(robot.system.motion(0, ms(0)).unwrap().position_m[1] > 0.49);
+}
+
+#[test]
 fn the_expected_motion_is_that_of_the_thing() {
     let mut robot = Robot::new(&Percepts::builtin());
     for frame in 0..20_u16 {
