@@ -197,7 +197,7 @@ fn a_schema_lists_every_field_with_its_offset() {
         "entry: leo/Belief/3",
         "leo/Remembered/1: 40 bytes",
         "       0 header: leo/Header/1",
-        "      40 percepts: [leo/Remembered/1; 12]",
+        "      88 percepts: [leo/Remembered/1; 12]",
         "      20 feature: [f32; 4]",
     ] {
         assert!(schema.lines().any(|said| said == line), "{line}\n{schema}");
