@@ -6,6 +6,8 @@
 
 mod belief_system;
 mod beliefs;
+mod carriers;
+mod carrying;
 mod continuation;
 mod counts;
 mod cull;
@@ -14,6 +16,7 @@ mod culling;
 mod detections;
 mod error;
 mod evidence;
+mod hands;
 pub mod percepts;
 mod plugins;
 mod reanchor;

@@ -28,6 +28,8 @@ wire_enum! {
         Person = 2 as "person",
         /// An object that hides what is behind it; the extents are those of a box.
         Occluder = 3 as "occluder",
+        /// A hand of an agent; the position is that of the palm. What the agent holds moves with it.
+        Hand = 4 as "hand",
     }
 }
 
@@ -74,7 +76,7 @@ message! {
         pub modality: u16,
         /// An [`ObservationKind`].
         pub kind: u16,
-        /// For a person: which partner (1, 2, …), or 0 for the robot itself.
+        /// For a person or a hand: which partner (1, 2, …), or 0 for the robot itself.
         pub partner: u16,
         /// The agent that holds or moves it, or [`NOBODY`].
         pub held_by: u16,
@@ -197,6 +199,7 @@ impl Observation {
                 Some(ObservationKind::Occluder) => {
                     self.orientation().is_some() & self.half_extents().is_some()
                 }
+                Some(ObservationKind::Hand) => self.partner != NOBODY,
                 None => false,
             }
     }
@@ -212,7 +215,7 @@ impl Observation {
 
     /// The first invalid field, if any. Valid are: a known kind and modality; position, its standard deviation and extents
     /// finite and within 1000 m, the last two not negative; a quaternion of norm 1 within 1 %; colour, shape and confidence in [0, 1];
-    /// states in [0, 1] or NaN; and for a person, the partner.
+    /// states in [0, 1] or NaN; and for a person or a hand, the partner.
     ///
     /// Orientation, extents, colour and shape are also valid if all their components are [`UNOBSERVED`]. A person
     /// needs an orientation, and an occluder needs an orientation and extents.

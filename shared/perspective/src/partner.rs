@@ -75,6 +75,7 @@ impl Partner {
                 sees_occluders: false,
                 visible: Vec::with_capacity(capacity),
                 perceived: Vec::with_capacity(capacity),
+                hands: 0,
                 hidden: 0,
                 refused: 0,
             },
@@ -127,6 +128,7 @@ impl Partner {
         let Some(x_base_eye) = eye else {
             let aware = entries.iter().zip(parent.perceives());
             self.senses.perceived.clear();
+            self.senses.hands = 0;
             self.senses.hidden = aware.filter(|(entry, perceives)| **perceives && is_object(entry)).count();
             if let Some(perceptual_context) = &mut self.perceptual_context {
                 perceptual_context.set_absent();
@@ -199,7 +201,7 @@ impl Partner {
             head.eye_orientation_xyzw = x_base_eye.orientation_xyzw();
         }
         head.present = u32::from(self.present);
-        head.perceivable = saturating_u32(self.senses.perceived.len());
+        head.perceivable = saturating_u32(self.senses.perceived.len() - self.senses.hands);
         head.hidden = saturating_u32(self.senses.hidden);
         head.refused = head.refused.saturating_add(self.senses.refused);
         head.overflowed += self.perceptual_context.as_ref().map_or(0, PerceptualContext::left_out);

@@ -88,7 +88,7 @@ impl PerceptualContext {
             Some(ObservationKind::Occluder) => {
                 self.occluders.observe(observation, at);
             }
-            Some(ObservationKind::Object) | None => {}
+            Some(ObservationKind::Object | ObservationKind::Hand) | None => {}
         }
     }
 

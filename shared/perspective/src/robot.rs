@@ -107,8 +107,8 @@ impl Robot {
                 prefetch::prefetch_whole(later);
             }
             let is_sound = entry.is_sound();
-            if is_sound && is_object(entry) {
-                self.perceivable += 1;
+            self.perceivable += usize::from(is_sound && is_object(entry));
+            if is_sound && (is_object(entry) || is_hand(entry)) {
                 step_builder.add_observation(index, entry);
             }
             is_sound
@@ -198,4 +198,8 @@ pub(crate) fn head_with_counts(system: &BeliefSystem, agent: u16, header: Header
 
 pub(crate) fn is_object(entry: &Perceived) -> bool {
     entry.observation.kind() == Some(ObservationKind::Object)
+}
+
+pub(crate) fn is_hand(entry: &Perceived) -> bool {
+    entry.observation.kind() == Some(ObservationKind::Hand)
 }

@@ -5,7 +5,7 @@ use scene::{Samples, Sight};
 
 use crate::PerceptualContext;
 use crate::field::is_partly_visible;
-use crate::robot::is_object;
+use crate::robot::{is_hand, is_object};
 use crate::transform::{observe_from, place_of_thing};
 
 /// A thing is seen if more than this share of its sample points is visible.
@@ -29,6 +29,8 @@ pub(crate) struct Senses {
     pub(crate) visible: Vec<bool>,
     /// O' (Eq. 7).
     pub(crate) perceived: Vec<Perceived>,
+    /// Number of hands in `perceived`.
+    pub(crate) hands: usize,
     /// Number of objects not perceived.
     pub(crate) hidden: usize,
     /// Number of observations that are invalid in the agent's frame.
@@ -47,6 +49,7 @@ impl Senses {
     ) {
         let x_person_base = x_base_person.inverse();
         self.hidden = 0;
+        self.hands = 0;
         self.visible.clear();
         self.perceived.clear();
         for (entries, aware) in entries.chunks(TOGETHER).zip(parent.perceives().chunks(TOGETHER)) {
@@ -65,17 +68,19 @@ impl Senses {
     /// Evaluates V of one observation and, for a perceived object, transforms it into the agent's frame.
     fn look_at(&mut self, entry: &Perceived, aware: bool, x_person_base: &Pose<Person, Base>) {
         let Perceived { observation, .. } = entry;
-        let is_asked = aware && (is_object(entry) || self.sees_occluders && is_occluder(observation));
+        let (is_object, is_hand) = (is_object(entry), is_hand(entry));
+        let is_asked = aware && (is_object || is_hand || self.sees_occluders && is_occluder(observation));
         let place = if is_asked { place_of_thing(observation) } else { None };
         let seen = place.filter(|(place, half)| self.perceives(observation, place, *half));
         self.visible.push(seen.is_some());
-        if !(aware && is_object(entry)) {
+        if !(aware && (is_object || is_hand)) {
             return;
         }
         let Some((x_base_thing, _)) = seen else {
-            self.hidden += 1;
+            self.hidden += usize::from(is_object);
             return;
         };
+        self.hands += usize::from(is_hand);
         self.perceived.push(*entry);
         // Written in place to avoid a second copy.
         if let Some(Perceived { observation, .. }) = self.perceived.last_mut() {
@@ -83,20 +88,23 @@ impl Senses {
             if !observation.is_placed() {
                 // Out of range in the agent's frame.
                 self.perceived.pop();
+                self.hands -= usize::from(is_hand);
                 self.refused += 1;
             }
         }
     }
 
-    /// V (Eq. 8) by modality. An agent always perceives what it holds. Any visible part of an occluder is
-    /// enough.
+    /// V (Eq. 8) by modality. An agent always perceives what it holds, and its hands. Any visible part of an occluder
+    /// is enough.
     fn perceives(
         &self,
         observation: &Observation,
         x_base_thing: &Pose<Base, Thing>,
         half_extents_m: [f64; 3],
     ) -> bool {
-        if observation.held_by == self.frame.agent {
+        let is_own_hand =
+            observation.kind() == Some(ObservationKind::Hand) && observation.partner == self.frame.agent;
+        if is_own_hand || observation.held_by == self.frame.agent {
             return true;
         }
         match observation.modality() {

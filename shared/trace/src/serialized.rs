@@ -150,9 +150,10 @@ impl SerializedFrame {
 
 impl SerializedObservation {
     fn read(self, source: u16, at_ns: u64) -> Result<Observation, &'static str> {
-        if self.kind == ObservationKind::Person && self.partner.is_none() {
+        let needs_partner = matches!(self.kind, ObservationKind::Person | ObservationKind::Hand);
+        if needs_partner && self.partner.is_none() {
             return Err(
-                "a person needs `partner`: 1, 2, …, or 0 for the robot itself; the same number in every frame",
+                "a person or a hand needs `partner`: 1, 2, …, or 0 for the robot; the same number in every frame",
             );
         }
         if self.partner == Some(NOBODY) {

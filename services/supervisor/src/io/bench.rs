@@ -1,5 +1,5 @@
 //! `leo bench`: measures the latency from a percept to a belief in another process. References in the same run are
-//! the bare middleware and a bare thread.
+//! the bare middleware, a bare thread, and the belief step over the same frames in a loop.
 
 mod bare;
 mod leo;
@@ -15,7 +15,7 @@ use transport::{Domain, Node, OverflowPolicy, Queues};
 use crate::io::run::RunError;
 
 pub use bare::echo;
-use message::Histogram;
+use message::{Histogram, Perceived, PerceptHead};
 use report::{Machine, Report, Wakeup};
 
 /// Measured sensor rates.
@@ -38,6 +38,9 @@ pub enum BenchError {
     /// A port failed.
     #[error("{0}")]
     Port(String),
+    /// The belief step in a loop failed.
+    #[error("the belief step: {0}")]
+    BeliefStep(String),
     /// Writing failed.
     #[error("cannot write: {0}")]
     Write(#[from] std::io::Error),
@@ -49,6 +52,18 @@ impl BenchError {
     }
 }
 
+/// A frame of the percept buffer, copied.
+#[derive(Clone, Debug)]
+pub struct PerceptFrame {
+    /// Its head.
+    pub head: PerceptHead,
+    /// Its entries.
+    pub entries: Vec<Perceived>,
+}
+
+/// Runs the belief step over frames of at most so many objects in a loop, and measures each.
+pub type BeliefLoop = fn(&[PerceptFrame], usize) -> Result<Histogram, String>;
+
 /// One measured combination of rate and number of objects.
 #[derive(Clone, Copy, Debug)]
 struct Case {
@@ -58,23 +73,35 @@ struct Case {
 }
 
 impl Case {
+    /// Capacity of the buffers, in objects.
+    fn capacity(self) -> usize {
+        usize::try_from(self.objects).unwrap_or(usize::MAX).max(64).saturating_add(8)
+    }
+
     fn period(self) -> Duration {
         Duration::from_secs(1) / self.rate_hz
     }
 }
 
-/// Measures every rate and size for `lasting`, and prints the report. `commit` is the commit of the build.
+/// Measures every rate and size for `lasting`, and prints the report. `commit` is the commit of the build, and
+/// `belief_loop` the belief step.
 ///
 /// # Errors
 ///
 /// The measured processes cannot run here.
-pub fn bench(lasting: Duration, json: bool, commit: &str, out: &mut impl Write) -> Result<(), BenchError> {
+pub fn bench(
+    lasting: Duration,
+    json: bool,
+    commit: &str,
+    belief_loop: BeliefLoop,
+    out: &mut impl Write,
+) -> Result<(), BenchError> {
     let domain = Domain::named(&format!("bench-{}", std::process::id())).map_err(RunError::from)?;
     let claim = claim(&domain).map_err(RunError::from)?;
     let report = domain
         .make()
         .map_err(|error| RunError::from(error).into())
-        .and_then(|()| measure(&domain, lasting, commit));
+        .and_then(|()| measure(&domain, lasting, commit, belief_loop));
     Janitor::new(&domain).wipe(claim);
     let report = report?;
     if json {
@@ -86,7 +113,12 @@ pub fn bench(lasting: Duration, json: bool, commit: &str, out: &mut impl Write) 
     Ok(())
 }
 
-fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, BenchError> {
+fn measure(
+    domain: &Domain,
+    lasting: Duration,
+    commit: &str,
+    belief_loop: BeliefLoop,
+) -> Result<Report, BenchError> {
     let rights = Rights {
         fifo_priority: Priority::try_from(PRIORITY).map_err(BenchError::port)?,
         cores: Vec::new(),
@@ -109,7 +141,8 @@ fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, B
             round_trip.add(&before);
             sensor.add(&leo.sensor_wakeup);
             bare.add(&leo.bare_wakeup);
-            rows.push(report::row(case, &leo, &round_trip));
+            let in_a_loop = belief_loop(&leo.frames, case.capacity()).map_err(BenchError::BeliefStep)?;
+            rows.push(report::row(case, &leo, &in_a_loop, &round_trip));
         }
     }
     let machine = Machine::here(missing.is_complete(), awake.is_ok(), commit);

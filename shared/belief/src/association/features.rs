@@ -324,6 +324,20 @@ impl Features {
         self.metric.if_below_threshold(others + share * self.metric.threshold())
     }
 
+    /// Moves the belief in the slot with what carries it: it is at a position at an instant and has a velocity.
+    pub(crate) fn carry(
+        &mut self,
+        slot: u32,
+        instant: Instant,
+        position_m: [f32; 3],
+        velocity_m_s: [f32; 3],
+    ) {
+        if let Some(tracks) = &mut self.tracks {
+            tracks.carry(slot, instant, position_m, velocity_m_s);
+            self.expect_at(slot, instant);
+        }
+    }
+
     /// Expresses the track of a belief in another frame, and compares its position in that frame.
     pub(crate) fn reanchor(
         &mut self,

@@ -116,6 +116,17 @@ impl Track {
         (self.at, self.sightings) = (sighting.at, sightings);
     }
 
+    /// Moves the thing with what carries it, as if it had been seen: it is at a position at an instant and has a velocity.
+    /// The variances are those of the last sighting.
+    pub(crate) fn carry(&mut self, instant: Instant, position_m: [f32; 3], velocity_m_s: [f32; 3]) {
+        self.at = self.at.max(instant);
+        for (axis, (position_m, velocity_m_s)) in
+            self.axes.iter_mut().zip(position_m.into_iter().zip(velocity_m_s))
+        {
+            (axis.position_m, axis.velocity_m_s) = (position_m, velocity_m_s);
+        }
+    }
+
     /// The track of a thing that has two: the later one, or the earlier with the only sighting of the later.
     pub(crate) fn merged(self, other: Self, settings: &Tracking) -> Self {
         let is_before = (self.at, self.sightings) < (other.at, other.sightings);

@@ -104,6 +104,19 @@ impl Tracks {
         Some(track.distance_from_way_m(sighting.position_m, sighting.at)? / metres)
     }
 
+    /// Moves a track with what carries the thing: see [`Track::carry`].
+    pub(crate) fn carry(
+        &mut self,
+        slot: u32,
+        instant: Instant,
+        position_m: [f32; 3],
+        velocity_m_s: [f32; 3],
+    ) {
+        if let Some(Some(track)) = require!(self.tracks.get_mut(slot as usize), "slot {slot} exists") {
+            track.carry(instant, position_m, velocity_m_s);
+        }
+    }
+
     /// The instant of the last sighting.
     pub(crate) fn at(&self, slot: u32) -> Option<Instant> {
         Some(self.get(slot)?.at())

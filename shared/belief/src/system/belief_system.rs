@@ -7,13 +7,14 @@ use message::{Belief, Remembered};
 use quantity::number::saturating_u32;
 
 use super::beliefs::Beliefs;
+use super::carriers::Carriers;
 use super::continuation::Continuation;
 use super::counts::Counts;
 use super::cull_fn::CullFn;
 use super::detections::Detections;
 use super::error::BeliefSystemError;
 use super::evidence::Evidence;
-use super::percepts::{Percept, Percepts};
+use super::percepts::{Kernel, Percept, Percepts};
 use super::plugins::BeliefPlugins;
 use super::sources::Sources;
 use super::step::Step;
@@ -70,6 +71,8 @@ pub struct BeliefSystem {
     pub(super) continuations: BoundedVec<Continuation>,
     /// Per slot; empty if positions are not predicted.
     pub(super) evidence: Box<[Evidence]>,
+    /// `None` if unobserved things do not move with others.
+    pub(super) carriers: Option<Carriers>,
     pub(super) next_id: u64,
     pub(super) now: Instant,
     /// Start of the uninterrupted period in which the perspective has been observing.
@@ -125,6 +128,10 @@ impl BeliefSystem {
             announced: BoundedVec::with_bound(tracked),
             continuations: BoundedVec::with_bound(tracked),
             evidence: vec![Evidence::default(); tracked].into_boxed_slice(),
+            carriers: percepts.belief.carrying.filter(|_| tracked > 0).map(|carrying| {
+                let of = |kernel: &Kernel| percepts.with_kernel(|other| other == kernel).next();
+                Carriers::new(carrying, [of(&Kernel::Extents), of(&Kernel::Orientation)], slots)
+            }),
             next_id: 1,
             now: Instant::EPOCH,
             observing_since: Instant::EPOCH,

@@ -49,7 +49,7 @@ impl BeliefSystem {
             return;
         }
         // A thing that moves is not missing where it was, but where it is expected.
-        let is_empty = self.expected_place_of(slot).is_some_and(in_view);
+        let is_empty = !self.is_hidden(slot) && self.expected_place_of(slot).is_some_and(in_view);
         if let Some(memory) = self.beliefs.arena.memory_mut(slot) {
             let since = memory.empty_since.filter(|since| *since >= observing_since).unwrap_or(now);
             memory.empty_since = is_empty.then_some(since);
@@ -96,7 +96,9 @@ impl BeliefSystem {
                     memory,
                     place: self.place_of(slot),
                     remembered: &remembered,
-                    in_view: &|place| active_sources.intersects(memory.seen_by) && in_view(place),
+                    in_view: &|place| {
+                        active_sources.intersects(memory.seen_by) && !self.is_hidden(slot) && in_view(place)
+                    },
                 })
             }
         }
@@ -113,7 +115,7 @@ impl BeliefSystem {
             !memory.is_announced && memory.updated_at < self.now && active_sources.intersects(memory.seen_by)
         };
         let is_missed = self.beliefs.arena.memory(slot).is_some_and(is_missed);
-        is_missed && self.expected_place_of(slot).is_some_and(in_view)
+        is_missed && !self.is_hidden(slot) && self.expected_place_of(slot).is_some_and(in_view)
     }
 
     /// Removes the beliefs beyond the capacity, the youngest first.

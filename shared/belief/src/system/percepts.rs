@@ -77,8 +77,19 @@ pub struct Belief {
     pub distance: Vec<Distance>,
     /// How positions are predicted for D; `None` compares the remembered positions, as in the paper.
     pub tracking: Option<Tracking>,
+    /// What an unobserved thing moves with; `None` leaves it where it was, as in the paper.
+    pub carrying: Option<Carrying>,
     /// The culling functions, all of which must agree (Eq. 5).
     pub cull: Vec<Cull>,
+}
+
+/// How a thing that is not observed moves with the hand that holds it, or with the thing that it is in or on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Carrying {
+    /// Largest distance between a thing and the hand of the agent that holds it, in metres.
+    pub hand_reach_m: f64,
+    /// Largest height between a thing and what it stands on, in metres.
+    pub contact_m: f64,
 }
 
 /// A culling function (Eq. 5).
@@ -167,18 +178,18 @@ impl Belief {
         self.no_term_applies = NoTermApplies::Zero;
         self.normalised = false;
         self.tracking = None;
+        self.carrying = None;
         let no_term = |setting| match setting {
             NoTermApplies::Infinite => "\"infinite\"",
             NoTermApplies::Zero => "\"zero\"",
         };
+        let there = |is_there: bool| if is_there { "there" } else { "missing" };
         vec![
             format!("cannot_link_same_source_instant = false (was {})", was.cannot_link_same_source_instant),
             format!("no_term_applies = \"zero\" (was {})", no_term(was.no_term_applies)),
             format!("normalised = false (was {})", was.normalised),
-            format!(
-                "no [belief.tracking] (was {})",
-                if was.tracking.is_some() { "there" } else { "missing" }
-            ),
+            format!("no [belief.tracking] (was {})", there(was.tracking.is_some())),
+            format!("no [belief.carrying] (was {})", there(was.carrying.is_some())),
         ]
     }
 }

@@ -42,6 +42,14 @@ impl BeliefSystem {
             self.beliefs.features.reanchor(slot, position, &rotation);
             self.place(index);
         }
+        if let Some(carriers) = &mut self.carriers {
+            let turned = |offset_m: [f32; 3]| {
+                rotation.map(|row| {
+                    single(row.iter().zip(offset_m).map(|(part, metres)| part * f64::from(metres)).sum())
+                })
+            };
+            carriers.reanchor(position, turned);
+        }
     }
 
     /// Re-evaluates regions, and ranges of a position, for the remembered position. Parents come before their children,

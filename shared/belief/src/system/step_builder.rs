@@ -1,6 +1,6 @@
 use clock::{Duration, Instant};
 use invariant::require;
-use message::{Perceived, PerceptValue, SourceSet};
+use message::{ObservationKind, Perceived, PerceptValue, SourceSet};
 use quantity::number::saturating_u32;
 
 use super::belief_system::BeliefSystem;
@@ -75,10 +75,15 @@ impl BeliefSystem {
 
 impl StepBuilder<'_> {
     /// Adds one thing, in the perspective's frame. `index` is its index in the slice given to [`Self::finish`] and is
-    /// higher than those before it. A rejected observation is counted; one whose snapshot is empty creates nothing.
+    /// higher than those before it. A rejected observation is counted; one whose snapshot is empty creates nothing. A hand
+    /// creates nothing either: it moves what it holds.
     pub fn add_observation(&mut self, index: usize, perceived: &Perceived) {
         if self.system.beliefs.arena.prevalidated() || self.system.validate(perceived) {
-            self.system.create(saturating_u32(index), perceived);
+            if perceived.observation.kind() == Some(ObservationKind::Hand) {
+                self.system.observe_hand(&perceived.observation);
+            } else {
+                self.system.create(saturating_u32(index), perceived);
+            }
         }
     }
 
@@ -112,6 +117,7 @@ impl StepBuilder<'_> {
         for remaining in system.live_len() - remaining..system.live_len() {
             system.place(remaining);
         }
+        system.carry(active_sources);
         system.merge_by_evidence(&in_view);
         system.cull(active_sources, in_view);
         system.evict();

@@ -113,7 +113,7 @@ impl BeliefSystem {
     fn observed_instead_of(&self, slot: u32, in_view: impl Fn([f32; 3]) -> bool) -> Option<u32> {
         let is_observed =
             |slot: u32| self.beliefs.arena.memory(slot).is_some_and(|memory| memory.updated_at >= self.now);
-        if !self.beliefs.arena.is_live(slot) || is_observed(slot) {
+        if !self.beliefs.arena.is_live(slot) || is_observed(slot) || self.is_hidden(slot) {
             return None;
         }
         let place = self.beliefs.features.place(slot)?;

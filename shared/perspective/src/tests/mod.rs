@@ -1,3 +1,4 @@
+mod carrying;
 mod equivariance;
 mod minds;
 mod nesting;

@@ -2,11 +2,12 @@
 
 use std::time::Duration;
 
-use message::{BeliefHead, Beliefs, Health, Histogram, Hop, Process, ProcessState};
+use message::{BeliefHead, Beliefs, Health, Histogram, Hop, Percepts, Process, ProcessState};
 use process::Launch;
+use quantity::number::float_of_count;
 use transport::{Domain, FrameSubscriber, HealthReader, Node};
 
-use super::{BenchError, Case, bare};
+use super::{BenchError, Case, PerceptFrame, bare};
 use crate::{Children, RosterPublisher};
 
 /// The processes from an observation to a belief, in start order.
@@ -17,6 +18,9 @@ const READY_WITHIN: Duration = Duration::from_secs(10);
 const LAST_PERSPECTIVE: u32 = 1;
 /// Frames before the measurement starts, to warm up caches, page tables and connections.
 const WARM_UP_FRAMES: u64 = 100;
+
+/// Number of percept frames that are kept for the loop.
+const KEPT_FRAMES: usize = 600;
 
 /// The measurements of one case.
 #[derive(Default)]
@@ -31,6 +35,8 @@ pub(super) struct Measured {
     pub(super) bare_wakeup: Histogram,
     /// Number of lost belief frames.
     pub(super) lost: u64,
+    /// The percept frames before the measurement, in order.
+    pub(super) frames: Vec<PerceptFrame>,
 }
 
 /// Runs simulator, sensor and belief at the case's rate and size, and reads the beliefs.
@@ -43,10 +49,9 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
     ));
     std::fs::create_dir_all(&folder)?;
     let file = folder.join("leo.toml");
-    let capacity = f64::from(case.objects).max(64.0) + 8.0;
     let rate = f64::from(case.rate_hz);
     let text = config::Robot::leo_text_with(&[
-        ("buffers.max_objects", capacity),
+        ("buffers.max_objects", float_of_count(case.capacity())),
         ("sensor.rate_hz", rate),
         ("simulator.rate_hz", rate),
     ]);
@@ -71,7 +76,8 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
             children.start(process, &launch)?;
             await_running(node, process, incarnation)?;
         }
-        read(&mut beliefs, node, case, incarnation)
+        let frames = keep_frames(node)?;
+        read(&mut beliefs, node, case, incarnation).map(|measured| Measured { frames, ..measured })
     })();
     for process in PROCESSES {
         children.terminate(process);
@@ -88,6 +94,23 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
     node.clean_up_dead();
     std::fs::remove_dir_all(&folder)?;
     measured
+}
+
+/// Copies the next percept frames.
+fn keep_frames(node: &Node) -> Result<Vec<PerceptFrame>, BenchError> {
+    let mut percepts = node.waking_subscriber::<Percepts>(None).map_err(BenchError::port)?;
+    let mut frames = Vec::with_capacity(KEPT_FRAMES);
+    let give_up = clock::now() + READY_WITHIN;
+    while frames.len() < KEPT_FRAMES {
+        percepts.wait(Duration::from_millis(100)).map_err(BenchError::port)?;
+        while let Some(frame) = percepts.receive().map_err(BenchError::port)? {
+            frames.push(PerceptFrame { head: *frame.head(), entries: frame.entries().to_vec() });
+        }
+        if clock::now() > give_up {
+            return Err(BenchError::NotReady(Process::Sensor.name()));
+        }
+    }
+    Ok(frames)
 }
 
 fn await_running(node: &Node, process: Process, incarnation: u64) -> Result<(), BenchError> {

@@ -62,6 +62,11 @@ pub(super) struct Row {
     percept_to_belief_us: Quantiles,
     /// Duration of the belief process's step, publishing included.
     belief_step_us: Quantiles,
+    /// The same over frames of this case in a loop, with copying instead of publishing.
+    belief_loop_us: Quantiles,
+    /// Belief step / loop at p50 and p99.
+    loop_ratio_p50: f64,
+    loop_ratio_p99: f64,
     /// Round trip of as many bytes with the bare middleware.
     bare_round_trip_us: Quantiles,
     /// (percept to belief - step) / round trip at p50 and p99: the latency that Leo adds to the middleware.
@@ -96,15 +101,19 @@ impl Machine {
     }
 }
 
-pub(super) fn row(case: Case, leo: &Measured, round_trip: &Histogram) -> Row {
+pub(super) fn row(case: Case, leo: &Measured, in_a_loop: &Histogram, round_trip: &Histogram) -> Row {
     let latency = Quantiles::of(&leo.latency);
     let step = Quantiles::of(&leo.step);
+    let in_a_loop = Quantiles::of(in_a_loop);
     let bare = Quantiles::of(round_trip);
     Row {
         rate_hz: case.rate_hz,
         objects: case.objects,
         percept_to_belief_us: latency,
         belief_step_us: step,
+        belief_loop_us: in_a_loop,
+        loop_ratio_p50: step.p50 / in_a_loop.p50,
+        loop_ratio_p99: step.p99 / in_a_loop.p99,
         bare_round_trip_us: bare,
         ratio_p50: (latency.p50 - step.p50) / bare.p50,
         ratio_p99: (latency.p99 - step.p99) / bare.p99,
@@ -124,9 +133,11 @@ impl fmt::Display for Report {
             writeln!(out, "{} Hz, {} objects", row.rate_hz, row.objects)?;
             line(out, "percept to belief", &row.percept_to_belief_us)?;
             line(out, "  the belief step", &row.belief_step_us)?;
+            line(out, "    in a loop", &row.belief_loop_us)?;
             line(out, "  bare round trip", &row.bare_round_trip_us)?;
             line(out, "sensor wake-up", &row.wakeup.sensor_us)?;
             line(out, "  bare wake-up", &row.wakeup.bare_us)?;
+            writeln!(out, "  step / loop: p50 {:.2}, p99 {:.2}", row.loop_ratio_p50, row.loop_ratio_p99)?;
             writeln!(
                 out,
                 "  (latency - step) / round trip: p50 {:.2}, p99 {:.2}; lost {}",

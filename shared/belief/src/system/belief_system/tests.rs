@@ -1,4 +1,5 @@
 mod arrivals;
+mod carrying;
 mod culling;
 mod functions;
 mod tracking;
@@ -35,6 +36,7 @@ fn block(at: Instant, position_m: [f32; 3], colour_rgb: [f32; 3]) -> Observation
 }
 
 /// A system with its perception.
+#[derive(Clone)]
 struct Robot {
     perception: Perception,
     system: BeliefSystem,

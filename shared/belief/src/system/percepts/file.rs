@@ -10,7 +10,8 @@ use settings::number::{Milliseconds, NotNegative, UnitInterval};
 use settings::{SettingsError, Spanned, SpannedError};
 
 use super::{
-    Belief, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role, Tracking,
+    Belief, Carrying, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role,
+    Tracking,
 };
 
 pub(super) const BUILTIN: &str = include_str!("../../../percepts.toml");
@@ -61,6 +62,7 @@ struct RawBelief {
     cannot_link_same_source_instant: bool,
     no_term_applies: NoTermApplies,
     tracking: Option<RawTracking>,
+    carrying: Option<Spanned<RawCarrying>>,
     #[serde(default)]
     distance: Vec<RawDistance>,
     #[serde(default)]
@@ -80,6 +82,13 @@ struct RawTracking {
     merge_after: u32,
     announce_after: u32,
     announce_confidence: UnitInterval,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawCarrying {
+    hand_reach_m: NotNegative,
+    contact_m: NotNegative,
 }
 
 #[derive(Deserialize)]
@@ -185,6 +194,15 @@ impl RawBelief {
                 When::Plugin(name) => Cull::Plugin(name),
             });
         }
+        if let Some(carrying) = self.carrying.as_ref().filter(|_| self.tracking.is_none()) {
+            let reason = "what is carried has an expected position: add [belief.tracking], or leave this out";
+            return Err(SpannedError::at(carrying, reason));
+        }
+        let carrying =
+            self.carrying.map(Spanned::into_inner).map(|RawCarrying { hand_reach_m, contact_m }| Carrying {
+                hand_reach_m: hand_reach_m.get(),
+                contact_m: contact_m.get(),
+            });
         Ok(Belief {
             threshold: self.threshold.get(),
             normalised: self.normalised,
@@ -192,6 +210,7 @@ impl RawBelief {
             no_term_applies: self.no_term_applies,
             distance,
             tracking: self.tracking.map(RawTracking::resolve).transpose()?,
+            carrying,
             cull,
         })
     }

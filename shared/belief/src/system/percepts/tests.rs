@@ -89,6 +89,7 @@ fn a_contradictory_percepts_file_is_refused_with_the_position() {
         ("speed_sd_m_s = 1.0", "speed_sd_m_s = 1e30", "up to 1000"),
         ("gate_sd = 3.4", "gate_sd = inf", "inf"),
         ("coast_ms = 500.0", "coast_ms = 60001.0", "at most 60 s"),
+        ("contact_m = 0.02", "contact_m = -0.02", "not negative"),
     ];
     let mut wording = String::new();
     for (from, to, word) in cases {
@@ -182,6 +183,16 @@ fn a_region_includes_its_boundary_and_no_nan() {
 }
 
 #[test]
+fn what_is_carried_needs_an_expected_position() {
+    let (before, tracking) = BUILTIN.split_once("[belief.tracking]").unwrap();
+    let (_, carrying) = tracking.split_once("[belief.carrying]").unwrap();
+    let text = format!("{before}[belief.carrying]{carrying}");
+    let (line, reason) = Percepts::parse(&text, Path::new("p.toml")).map_err(told).unwrap_err();
+    assert_eq!(line, before.lines().count() + 1);
+    insta::assert_snapshot!(reason);
+}
+
+#[test]
 fn the_literal_paper_merges_without_cannot_link_infinity_or_norm() {
     let mut belief = Percepts::builtin().belief;
     belief.normalised = true;
@@ -189,8 +200,8 @@ fn the_literal_paper_merges_without_cannot_link_infinity_or_norm() {
     assert!(!belief.cannot_link_same_source_instant && !belief.normalised);
     assert_eq!(belief.no_term_applies, NoTermApplies::Zero);
     assert_eq!(settings[2], "normalised = false (was true)");
-    assert_eq!(belief.tracking, None);
-    assert_eq!(settings.len(), 4);
+    assert_eq!((belief.tracking, belief.carrying), (None, None));
+    assert_eq!(settings.len(), 5);
 }
 
 /// The built-in percepts plus a range below the given parent; no parent for `None`.
