@@ -92,6 +92,7 @@ mod anchor;
 mod divergence;
 mod error;
 mod field;
+mod gaze;
 mod nested;
 mod occluders;
 mod owners;

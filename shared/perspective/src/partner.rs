@@ -8,6 +8,7 @@ use quantity::number::saturating_u32;
 use scene::{Cone, Occluders, Sight};
 
 use crate::field::{is_fully_in_view, is_partly_visible};
+use crate::gaze::Gaze;
 use crate::robot::{head_with_counts, is_object};
 use crate::senses::Senses;
 use crate::settings::Perspective;
@@ -63,13 +64,17 @@ impl Partner {
         capacity: usize,
     ) -> Result<Self, PerspectiveError> {
         let sight = &config.sight;
-        let cone = Cone::new(sight.cone_half_angle_deg.radians(), sight.range_m.get())
+        let half_angle_rad = sight.cone_half_angle_deg.radians();
+        let gaze = Gaze::new(half_angle_rad, sight.gaze_sd_deg.radians());
+        let reach_rad = gaze.map_or(half_angle_rad, |gaze| gaze.reach_rad());
+        let cone = Cone::new(reach_rad, sight.range_m.get())
             .map_err(|source| PerspectiveError::Cone { agent, source })?;
         Ok(Self {
             senses: Senses {
                 frame: Frame { agent },
                 perception,
                 sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.max_count.get())),
+                gaze,
                 samples: sight.samples,
                 hearing_range_m: sight.hearing_range_m.get(),
                 sees_occluders: false,
@@ -149,15 +154,16 @@ impl Partner {
         self.senses.perceive(entries, parent, &x_base_person, |index, perceived| {
             step_builder.add_observation(index, perceived);
         });
-        let Senses { sight, perceived, visible, .. } = &self.senses;
+        let senses = &self.senses;
+        let Senses { sight, perceived, visible, .. } = senses;
         if let Some(perceptual_context) = &mut self.perceptual_context {
             perceptual_context.record_frame(at, parent.active_sources(), entries, visible.iter().copied());
-            update_nested_context(perceptual_context, sight, at, parent, x_base_eye);
+            update_nested_context(perceptual_context, senses, at, parent, x_base_eye);
         }
         let margin_m = self.empty_margin_m;
         step_builder.finish(perceived, parent.active_sources(), |place_m| {
             let place = place_in_base(&x_base_person, place_m);
-            is_fully_in_view(sight, &place, margin_m) && surveyed(&place)
+            senses.is_certain(&place) && is_fully_in_view(sight, &place, margin_m) && surveyed(&place)
         });
         let agents = parent.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));
         self.owners.update_from_beliefs(&self.system, at, &x_base_person, agents);
@@ -172,7 +178,9 @@ impl Partner {
     /// Whether the partner, as they look now, would notice a missing thing at a place.
     #[must_use]
     pub fn is_fully_in_view(&self, place: &Position<Base>) -> bool {
-        self.present && is_fully_in_view(&self.senses.sight, place, self.empty_margin_m)
+        self.present
+            && self.senses.is_certain(place)
+            && is_fully_in_view(&self.senses.sight, place, self.empty_margin_m)
     }
 
     /// The partner's frame; `None` if they were never perceived.
@@ -224,19 +232,19 @@ impl Partner {
 /// The parent's own eye is included only while it is in this partner's view.
 fn update_nested_context(
     perceptual_context: &mut PerceptualContext,
-    sight: &Sight,
+    senses: &Senses,
     at: Instant,
     parent: &PerceptualContext,
     x_base_eye: Pose<Base, Eye>,
 ) {
     perceptual_context.set_own_eye(x_base_eye);
     for (agent, met) in parent.eyes(at) {
-        if sight.sees(&met.x_base_eye.origin()) {
+        if senses.sees(&met.x_base_eye.origin()) {
             perceptual_context.update_agent(agent, met);
         }
     }
     // Occluders that the parent remembers stay in the nested context.
     let is_partly_visible =
-        |x_base_box: &_, half_extents_m| is_partly_visible(sight, x_base_box, half_extents_m);
+        |x_base_box: &_, half_extents_m| is_partly_visible(&senses.sight, x_base_box, half_extents_m);
     perceptual_context.forget(at, is_partly_visible, |x_base_box| parent.has_occluder_at(x_base_box));
 }

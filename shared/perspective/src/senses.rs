@@ -1,10 +1,12 @@
-use geometry::{Base, Person, Pose, Thing};
+use geometry::{Base, Person, Pose, Position, Thing};
 use message::{Modality, Observation, ObservationKind, Perceived};
 use perception::{Frame, Perception};
+use quantity::number::single;
 use scene::{Samples, Sight};
 
 use crate::PerceptualContext;
 use crate::field::is_partly_visible;
+use crate::gaze::Gaze;
 use crate::robot::{is_hand, is_object};
 use crate::transform::{observe_from, place_of_thing};
 
@@ -21,6 +23,8 @@ pub(crate) struct Senses {
     pub(crate) frame: Frame,
     pub(crate) perception: Perception,
     pub(crate) sight: Sight,
+    /// `None` if the edge of the cone is hard.
+    pub(crate) gaze: Option<Gaze>,
     pub(crate) samples: Samples,
     pub(crate) hearing_range_m: f64,
     /// Whether occluders are perceived too.
@@ -71,7 +75,8 @@ impl Senses {
         let (is_object, is_hand) = (is_object(entry), is_hand(entry));
         let is_asked = aware && (is_object || is_hand || self.sees_occluders && is_occluder(observation));
         let place = if is_asked { place_of_thing(observation) } else { None };
-        let seen = place.filter(|(place, half)| self.perceives(observation, place, *half));
+        let visibility = place.map_or(0.0, |(place, half)| self.visibility(observation, &place, half));
+        let seen = place.filter(|_| visibility > 0.0);
         self.visible.push(seen.is_some());
         if !(aware && (is_object || is_hand)) {
             return;
@@ -82,6 +87,14 @@ impl Senses {
         };
         self.hands += usize::from(is_hand);
         self.perceived.push(*entry);
+        if visibility < 1.0 && !self.doubt(visibility) {
+            self.perceived.pop();
+            self.hidden += 1;
+            if let Some(visible) = self.visible.last_mut() {
+                *visible = false;
+            }
+            return;
+        }
         // Written in place to avoid a second copy.
         if let Some(Perceived { observation, .. }) = self.perceived.last_mut() {
             observe_from(x_person_base, &x_base_thing, observation);
@@ -92,6 +105,45 @@ impl Senses {
                 self.refused += 1;
             }
         }
+    }
+
+    /// Scales the confidence of the last observation by its visibility; `false` if no percept passes any more (Eq. 2).
+    fn doubt(&mut self, visibility: f64) -> bool {
+        self.perceived.last_mut().is_some_and(|Perceived { observation, snapshot }| {
+            observation.confidence *= single(visibility);
+            *snapshot = self.perception.perceive(observation, &self.frame);
+            !snapshot.values().is_empty()
+        })
+    }
+
+    /// V (Eq. 8): 1 or 0, or with a soft edge of the cone a probability, which is the visible share times that of the
+    /// cone.
+    fn visibility(
+        &self,
+        observation: &Observation,
+        x_base_thing: &Pose<Base, Thing>,
+        half_extents_m: [f64; 3],
+    ) -> f64 {
+        let is_soft = observation.kind() == Some(ObservationKind::Object)
+            && observation.modality() == Some(Modality::Vision)
+            && observation.held_by != self.frame.agent;
+        match self.gaze.filter(|_| is_soft) {
+            None => f64::from(u8::from(self.perceives(observation, x_base_thing, half_extents_m))),
+            Some(gaze) => {
+                let share = self.sight.visible_share(x_base_thing, half_extents_m, self.samples);
+                share * gaze.probability(self.sight.angle_rad(&x_base_thing.origin()))
+            }
+        }
+    }
+
+    /// Whether the agent probably sees a point.
+    pub(crate) fn sees(&self, point: &Position<Base>) -> bool {
+        self.gaze.is_none_or(|gaze| gaze.is_likely(self.sight.angle_rad(point))) && self.sight.sees(point)
+    }
+
+    /// Whether a point is certainly in the cone of the agent.
+    pub(crate) fn is_certain(&self, point: &Position<Base>) -> bool {
+        self.gaze.is_none_or(|gaze| gaze.is_certain(self.sight.angle_rad(point)))
     }
 
     /// V (Eq. 8) by modality. An agent always perceives what it holds, and its hands. Any visible part of an occluder
@@ -112,7 +164,8 @@ impl Senses {
                 is_partly_visible(&self.sight, x_base_thing, half_extents_m)
             }
             Some(Modality::Vision) => {
-                self.sight.visible_share(x_base_thing, half_extents_m, self.samples) > MAJORITY
+                self.gaze.is_none_or(|gaze| gaze.is_likely(self.sight.angle_rad(&x_base_thing.origin())))
+                    && self.sight.visible_share(x_base_thing, half_extents_m, self.samples) > MAJORITY
             }
             Some(Modality::Hearing) => {
                 self.sight.eye().distance(&x_base_thing.origin()) <= self.hearing_range_m

@@ -42,6 +42,9 @@ pub struct Sight {
     pub cone_half_angle_deg: Angle,
     /// The range of sight, in metres.
     pub range_m: Positive,
+    /// The standard deviation of the line of sight, in degrees. If it is above zero, visibility is a probability.
+    #[serde(default)]
+    pub gaze_sd_deg: GazeDeviation,
     /// The points of an object that are tested for visibility; the object is seen if the majority is visible.
     pub samples: Samples,
     /// The margin around a remembered position, in metres. It must be in view and empty before the partner notices the
@@ -172,6 +175,20 @@ settings::ranged!(
     /// An angle above zero and at most half a turn, in degrees.
     Angle(f64): "above 0 and at most 180 degrees", |value| value > 0.0 && value <= 180.0
 );
+
+settings::ranged!(
+    /// The standard deviation of a line of sight, in degrees; zero by default.
+    #[derive(Default)]
+    GazeDeviation(f64): "from 0 to 45 degrees", |value| (0.0..=45.0).contains(&value)
+);
+
+impl GazeDeviation {
+    /// In radians.
+    #[must_use]
+    pub fn radians(self) -> f64 {
+        self.0.to_radians()
+    }
+}
 
 impl Angle {
     /// In radians.

@@ -43,6 +43,13 @@ impl Sight {
         self.eye
     }
 
+    /// The angle between the line of sight and the direction of a point, in radians; zero at the eye.
+    #[must_use]
+    pub fn angle_rad(&self, point: &Position<Base>) -> f64 {
+        let [forward, left, up] = (self.x_eye_base * *point).to_array();
+        left.hypot(up).atan2(forward)
+    }
+
     /// Whether a point is in the view cone and not occluded.
     #[must_use]
     pub fn sees(&self, point: &Position<Base>) -> bool {

@@ -1,5 +1,6 @@
 mod carrying;
 mod equivariance;
+mod gaze;
 mod minds;
 mod nesting;
 mod occlusion;
