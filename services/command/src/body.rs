@@ -13,7 +13,10 @@ use motor_process::{Motor, MotorError};
 #[derive(Debug, thiserror::Error)]
 pub(super) enum BodyCheckError {
     /// `leo.urdf` is not a valid URDF.
-    #[error("{}; correct it, or remove it: without one the robot has the built-in body", located(urdf, source))]
+    #[error(
+        "{}; correct it, or remove it: without one the robot has the built-in body",
+        located(urdf, source)
+    )]
     InvalidUrdf { urdf: String, source: BodyError },
     /// `leo.urdf` is no usable body, or lacks joints of `motor.toml`.
     #[error("{}", located(urdf, source))]

@@ -91,7 +91,8 @@ impl Body {
     pub fn from_urdf(text: &str, names: &[&str]) -> Result<Self, BodyError> {
         let urdf = Urdf::parse(text)?;
         let moves = |joint: &&UrdfJoint| joint.joint_type != "fixed";
-        if let Some(joint) = urdf.joints.iter().filter(moves).find(|joint| !names.contains(&joint.name.as_str()))
+        if let Some(joint) =
+            urdf.joints.iter().filter(moves).find(|joint| !names.contains(&joint.name.as_str()))
         {
             return Err(joint.place.error(BodyErrorKind::UnlistedJoint { joint: joint.name.clone() }));
         }

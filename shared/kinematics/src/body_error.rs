@@ -74,7 +74,9 @@ pub enum BodyErrorKind {
         joint: String,
     },
     /// A joint of the list is of another type.
-    #[error("joint `{joint}` is of type `{found}`, and motor.toml has a servo for it: a servo needs `revolute`")]
+    #[error(
+        "joint `{joint}` is of type `{found}`, and motor.toml has a servo for it: a servo needs `revolute`"
+    )]
     NotRevolute {
         /// Name of the joint.
         joint: String,

@@ -40,8 +40,7 @@ const NUMBERS: [(&str, &[&str]); 16] = [
 const SINGLE: [&str; 6] = ["origin", "parent", "child", "axis", "limit", "mimic"];
 
 /// The types of joints.
-const TYPES: [&str; 7] =
-    ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
+const TYPES: [&str; 7] = ["revolute", "continuous", "prismatic", "fixed", "floating", "planar", "spherical"];
 
 /// The links and joints of a URDF, in its order.
 #[derive(Clone, Debug)]
@@ -198,9 +197,7 @@ impl UrdfJoint {
             let found = numbers::<1>(&shown, limit, attribute)?.map(|[number]| number);
             // Before URDF 1.2, an omitted position limit is zero.
             let omitted = (attribute != "velocity" && !self.has_open_limits).then_some(0.0);
-            found
-                .or(omitted)
-                .ok_or_else(|| missing(limit, shown.clone(), &format!("`{attribute}`")))
+            found.or(omitted).ok_or_else(|| missing(limit, shown.clone(), &format!("`{attribute}`")))
         };
         let (lower_rad, upper_rad) = (number("lower")?, number("upper")?);
         let velocity_rad_s = number("velocity")?;

@@ -38,7 +38,10 @@ impl Element {
             let finished = match event {
                 Event::Start(tag) => {
                     if open.len() == MAX_DEPTH {
-                        return Err(malformed(start, format!("more than {MAX_DEPTH} elements in each other")));
+                        return Err(malformed(
+                            start,
+                            format!("more than {MAX_DEPTH} elements in each other"),
+                        ));
                     }
                     open.push(Self::opened(&tag, start, &reader)?);
                     None

@@ -193,7 +193,10 @@ fn an_invalid_urdf_is_refused_with_the_reason() {
         "{unlisted:?}"
     );
     let missing = refusal(URDF, &more);
-    assert!(matches!(&missing, BodyErrorKind::MissingJoint { joint } if joint == "tail_joint"), "{missing:?}");
+    assert!(
+        matches!(&missing, BodyErrorKind::MissingJoint { joint } if joint == "tail_joint"),
+        "{missing:?}"
+    );
     let crossed = refusal(&crossed, &all);
     let is_crossed = |lower: f64, upper: f64| lower.total_cmp(&0.8).is_eq() && upper.total_cmp(&-0.8).is_eq();
     assert!(

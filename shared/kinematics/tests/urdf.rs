@@ -64,16 +64,21 @@ fn no_joint_has_a_number_that_is_not_finite() {
     let with_rpy = text.replace("<origin xyz=", "<origin rpy=\"0 0 0\" xyz=");
     let mut seen = 0;
     for (before, shown, count) in ATTRIBUTES {
-        let start = with_rpy.find(before).map(|at| at + before.len()).unwrap_or_else(|| panic!("no {before}"));
+        let start =
+            with_rpy.find(before).map(|at| at + before.len()).unwrap_or_else(|| panic!("no {before}"));
         let (head, tail) = with_rpy.split_at(start);
         let (_, tail) = tail.split_once('"').expect("the end of the value");
-        for word in ["nan", "NaN", "-nan", "inf", "-inf", "Infinity", "1e400", "-1e999", "0,5", "0x1p3", "${x}"] {
+        for word in
+            ["nan", "NaN", "-nan", "inf", "-inf", "Infinity", "1e400", "-1e999", "0,5", "0x1p3", "${x}"]
+        {
             for place in 0..count {
                 let value: Vec<&str> = (0..count).map(|at| if at == place { word } else { "0" }).collect();
                 let value = value.join(" ");
                 let error = refused(&URDF.replace(text, &format!("{head}{value}\"{tail}")));
                 assert_eq!(error.line, line, "{error}");
-                let expected = format!("joint `torso_yaw_joint`: {shown} is \"{value}\": `{word}` is not a finite number");
+                let expected = format!(
+                    "joint `torso_yaw_joint`: {shown} is \"{value}\": `{word}` is not a finite number"
+                );
                 assert_eq!(error.kind.to_string(), expected);
                 seen += 1;
             }
@@ -110,7 +115,10 @@ fn no_other_number_of_a_urdf_is_not_finite_either() {
             let error = refused(&before_the_end(&part.replace('X', word)));
             assert_eq!(error.line, last, "{error}");
             let said = error.kind.to_string();
-            assert!(said.contains(&format!("`{word}` is not a finite number")) && said.contains(" `a`: `<"), "{said}");
+            assert!(
+                said.contains(&format!("`{word}` is not a finite number")) && said.contains(" `a`: `<"),
+                "{said}"
+            );
         }
     }
 }
@@ -168,7 +176,9 @@ fn a_name_that_is_there_twice_is_refused_with_both_lines() {
     let error = refused(&before_the_end("<link name=\"base_link\"/>"));
     assert_eq!((error.line, error.kind.to_string()), (last, twice("link `base_link`", base)));
 
-    for part in ["<origin xyz=\"0 0 1\"/>", "<axis xyz=\"1 0 0\"/>", "<limit/>", "<parent link=\"base_link\"/>"] {
+    for part in
+        ["<origin xyz=\"0 0 1\"/>", "<axis xyz=\"1 0 0\"/>", "<limit/>", "<parent link=\"base_link\"/>"]
+    {
         let tag = part.trim_start_matches('<').split([' ', '/']).next().unwrap_or_default();
         let error = refused(&torso_yaw("</joint>", &format!("{part}</joint>")));
         let said = twice(&format!("joint `torso_yaw_joint`: `<{tag}>`"), first);
@@ -225,8 +235,10 @@ fn what_is_never_used_may_be_incomplete() {
         "<ros2_control><joint name=\"torso_yaw_joint\"><limit lower=\"low\"/></joint></ros2_control>",
     ];
     for content in links {
-        let link = format!("<link name=\"tail\">{content}</link><joint name=\"tail_joint\" type=\"fixed\">\
-            <parent link=\"base_link\"/><child link=\"tail\"/></joint>");
+        let link = format!(
+            "<link name=\"tail\">{content}</link><joint name=\"tail_joint\" type=\"fixed\">\
+            <parent link=\"base_link\"/><child link=\"tail\"/></joint>"
+        );
         accepted(&before_the_end(&link));
     }
     rest.iter().for_each(|more| drop(accepted(&before_the_end(more))));
@@ -266,7 +278,12 @@ fn a_missing_part_is_named_with_its_joint_and_line() {
     }
     // From URDF 1.2 on, an omitted limit is no limit.
     let text = torso_yaw("lower=\"-0.8\"", "");
-    assert!(accepted(&text).joints().iter().any(|joint| joint.name == "torso_yaw_joint" && joint.lower_rad.abs() < 1e-9));
+    assert!(
+        accepted(&text)
+            .joints()
+            .iter()
+            .any(|joint| joint.name == "torso_yaw_joint" && joint.lower_rad.abs() < 1e-9)
+    );
     let error = refused(&text.replace("<robot name", "<robot version=\"1.2\" name"));
     assert_eq!(error.kind.to_string(), "joint `torso_yaw_joint`: `<limit>` has no `lower`");
 }
