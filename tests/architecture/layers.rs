@@ -104,7 +104,7 @@ const WRAPPED: [(&str, &[&str]); 17] = [
             "transport",
         ],
     ),
-    ("urdf-rs", &["leo-kinematics"]),
+    ("quick-xml", &["leo-kinematics"]),
     ("toml", &["config", "leo-settings"]),
     ("quinn", &["link-process"]),
     ("quinn-proto", &["link-process"]),

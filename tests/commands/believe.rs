@@ -148,13 +148,74 @@ fn an_mcap_trace_gives_the_same_beliefs_and_may_be_truncated() {
     assert!(from_mcap.out.contains("1160 frames, 3480 observations\n"), "{}", from_mcap.out);
     assert_eq!(from_mcap.out, from_lines.out);
     let half = believe(&[], mcap.get(..mcap.len() / 2).expect("a half"));
-    assert_eq!((half.status, half.err.as_str()), (Some(0), ""), "{half:?}");
+    assert_eq!(half.status, Some(0), "{half:?}");
+    assert_cut(&half, "whole frames were read");
     let output = |out: &str| out.split("What is believed").next().unwrap_or_default().trim_end().to_owned();
     assert!(
         from_mcap.out.starts_with(&output(&half.out)) && output(&half.out).lines().count() > 20,
         "{half:?}"
     );
     assert_ne!(half.out.lines().last(), from_mcap.out.lines().last(), "the end tells of it");
+}
+
+/// One warning on standard error says that the trace is cut short.
+fn assert_cut(output: &CommandOutput, words: &str) {
+    assert_eq!((output.status, output.err.lines().count()), (Some(0), 1), "{output:?}");
+    assert!(output.err.contains("cut short") && output.err.contains(words), "{output:?}");
+}
+
+#[test]
+fn a_trace_of_a_killed_writer_gives_its_whole_chunks_and_a_warning() {
+    let options =
+        mcap::WriteOptions::new().profile("leo_trace/1").compression(None).chunk_size(Some(2 << 10));
+    let mut mcap = options.create(Cursor::new(Vec::new())).expect("writes");
+    let channel_id = mcap.add_channel(0, "observations/0", "json", &BTreeMap::new()).expect("writes");
+    for line in read(MOVED).lines().skip(1) {
+        let at_ns = number(&serde_json::from_str(line).expect("is JSON"), "/at_ns").expect("a number");
+        let header =
+            mcap::records::MessageHeader { channel_id, sequence: 0, log_time: at_ns, publish_time: at_ns };
+        mcap.write_to_known_channel(&header, line.as_bytes()).expect("writes");
+    }
+    mcap.finish().expect("ends");
+    let mcap = mcap.into_inner().into_inner();
+    let (mut chunks, mut at) = (Vec::new(), mcap::MAGIC.len());
+    while let Some((&opcode, rest)) = mcap.get(at..).and_then(<[u8]>::split_first)
+        && opcode != mcap::records::op::FOOTER
+    {
+        chunks.extend((opcode == mcap::records::op::CHUNK).then_some(at));
+        let length = u64::from_le_bytes(*rest.first_chunk().expect("a length"));
+        at += 9 + usize::try_from(length).expect("is in the file");
+    }
+    assert!(chunks.len() > 3, "{chunks:?}");
+    let folder = tempfile::tempdir().expect("a folder");
+    for (whole, at) in chunks.iter().copied().enumerate().take(3) {
+        let cut = mcap.get(..at + 300).expect("is in the file").to_vec();
+        let mut unclosed = cut.clone();
+        // The lengths that a writer fills in when it closes the chunk.
+        for place in [1..9, 25..37, 41..49] {
+            unclosed.get_mut(at + place.start..at + place.end).expect("is in the file").fill(0xff);
+        }
+        let outputs = [&cut, &unclosed].map(|bytes| believe(&["--json"], bytes));
+        let [as_cut, as_unclosed] = &outputs;
+        assert_eq!(as_cut.out, as_unclosed.out);
+        for output in &outputs {
+            assert_cut(output, if whole == 0 { "no whole frame" } else { "were read" });
+            let summary: Value =
+                serde_json::from_str(output.out.lines().last().expect("a summary")).expect("is JSON");
+            assert_eq!(summary.pointer("/cut_short"), Some(&Value::Bool(true)));
+            assert_eq!(number(&summary, "/frames").is_some_and(|frames| frames > 0), whole > 0, "{summary}");
+        }
+        // As a source it is played, unless it has no frame.
+        fs::write(folder.path().join("cut.mcap"), &unclosed).expect("writes");
+        let source = "\n[[sensor.source]]\nname = \"recorded\"\nkind = \"trace\"\nfile = \"cut.mcap\"\n";
+        let config = write(&folder, "leo.toml", &(read("config/leo.toml") + source));
+        let output = run_leo(&["check", "--config", &config, "--seconds", "0"]);
+        if whole == 0 {
+            assert_refused(&output, 2, &["cut.mcap: ", "cut short", "no whole frame"]);
+        } else {
+            assert_ne!(output.status, Some(2), "{output:?}");
+        }
+    }
 }
 
 #[test]

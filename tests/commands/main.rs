@@ -13,6 +13,7 @@ mod harness;
 mod learn;
 mod recordings;
 mod replays;
+mod snippets;
 mod sources;
 mod state;
 mod study;
@@ -196,12 +197,12 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
         (
             "motor.toml",
             changed("motor.toml", "name = \"torso_yaw_joint\"", "name = \"waist_yaw_joint\""),
-            &["the built-in leo.urdf: ", "joint `torso_yaw_joint`", "add it to motor.toml"],
+            &["the built-in leo.urdf:", "joint `torso_yaw_joint`", "add it to motor.toml"],
         ),
         (
             "leo.urdf",
             changed("leo.urdf", "<joint name=\"torso_yaw_joint\"", "<joint name=\"waist_yaw_joint\""),
-            &["/leo.urdf: ", "joint `waist_yaw_joint`", "add it to motor.toml"],
+            &["/leo.urdf:302:3: ", "joint `waist_yaw_joint`", "add it to motor.toml"],
         ),
         (
             "motor.toml",
@@ -225,13 +226,26 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             changed("leo.urdf", "velocity=\"", "velocity=\"1"),
             &["motor.toml:59:22: joint `torso_yaw_joint`: `max_velocity_rad_s` is ", "`velocity` is 1"],
         ),
-        ("leo.urdf", "<robot name=\"leo\">\n<joint\n".to_owned(), &["/leo.urdf: not a URDF: "]),
+        ("leo.urdf", "<robot name=\"leo\">\n<joint\n".to_owned(), &["/leo.urdf:2:1: not a URDF: "]),
         (
             "leo.urdf",
             changed("leo.urdf", "lower=\"-0.8\"", "lower=\"low\""),
-            &["/leo.urdf: not a URDF: ", "invalid float"],
+            &[
+                "/leo.urdf:302:3: joint `torso_yaw_joint`: `<limit>`: `lower` is \"low\"",
+                "not a finite number",
+            ],
         ),
-        ("leo.urdf", String::new(), &["/leo.urdf: not a URDF: ", "correct it, or remove it"]),
+        (
+            "leo.urdf",
+            changed("leo.urdf", "<origin xyz=\"0 0 -0.02\"/>", "<origin xyz=\"nan 0 -0.02\"/>"),
+            &["/leo.urdf:302:3: joint `torso_yaw_joint`: `<origin>`: `xyz` is \"nan", "not a finite number"],
+        ),
+        (
+            "leo.urdf",
+            changed("leo.urdf", "</robot>", "<joint name=\"torso_yaw_joint\" type=\"fixed\"/></robot>"),
+            &["/leo.urdf:", "joint `torso_yaw_joint` is there twice; the first is in line 302"],
+        ),
+        ("leo.urdf", String::new(), &["/leo.urdf:1:1: not a URDF: ", "correct it, or remove it"]),
         ("motor.toml", crowded, &["/motor.toml: bus `torso` has 65 servos", "spread them over more buses"]),
     ]
 }

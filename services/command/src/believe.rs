@@ -102,6 +102,9 @@ impl Believe {
         }
         let reader = trace.reader();
         summary.cut_short = reader.is_cut();
+        if let Some(truncation) = reader.truncation() {
+            tracing::warn!("{}: {truncation}", self.trace.display());
+        }
         summary.left_out = minds.left_out();
         summary.refused = reader.refused().iter().map(refusal).collect();
         if let Some(unchecked) = reader.unchecked() {

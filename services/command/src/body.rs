@@ -5,7 +5,7 @@ use std::path::Path;
 
 use config::motor::Limit;
 use config::{Robot, SettingsError};
-use kinematics::{Body, BodyError, Joint};
+use kinematics::{Body, BodyError, BodyErrorKind, Joint};
 use learner_process::{LeoBody, LeoBodyError};
 use motor_process::{Motor, MotorError};
 
@@ -13,10 +13,13 @@ use motor_process::{Motor, MotorError};
 #[derive(Debug, thiserror::Error)]
 pub(super) enum BodyCheckError {
     /// `leo.urdf` is not a valid URDF.
-    #[error("{urdf}: {source}; correct it, or remove it: without one the robot has the built-in body")]
+    #[error(
+        "{}; correct it, or remove it: without one the robot has the built-in body",
+        located(urdf, source)
+    )]
     InvalidUrdf { urdf: String, source: BodyError },
     /// `leo.urdf` is no usable body, or lacks joints of `motor.toml`.
-    #[error("{urdf}: {source}")]
+    #[error("{}", located(urdf, source))]
     Urdf { urdf: String, source: BodyError },
     /// The body lacks a joint that performances need.
     #[error("{urdf}: {why}; add it there and to motor.toml")]
@@ -41,7 +44,7 @@ pub(super) fn check(robot: &Robot, config: Option<&Path>) -> Result<(), BodyChec
     let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
     let body = Body::from_urdf(&robot.urdf, &names).map_err(|source| {
         let urdf = urdf();
-        if matches!(source, BodyError::Urdf { .. }) {
+        if matches!(source.kind, BodyErrorKind::Urdf { .. }) {
             BodyCheckError::InvalidUrdf { urdf, source }
         } else {
             BodyCheckError::Urdf { urdf, source }
@@ -79,6 +82,11 @@ const fn in_urdf(limit: Limit, joint: &Joint) -> (&'static str, f64) {
         Limit::Max => ("upper", joint.upper_rad),
         Limit::Velocity => ("velocity", joint.velocity_rad_s),
     }
+}
+
+/// An error of the body behind its file, line and column.
+fn located(urdf: &str, source: &BodyError) -> String {
+    format!("{urdf}:{}:{}: {}", source.line, source.column, source.kind)
 }
 
 /// The name in error messages of a file beside `config`; a missing one is the built-in file.

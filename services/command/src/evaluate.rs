@@ -299,6 +299,9 @@ impl Evaluate {
         if let Input::Trace(trace) = &input {
             let reader = trace.reader();
             summary.cut_short = reader.is_cut();
+            if let (Some(truncation), Some(file)) = (reader.truncation(), &self.trace) {
+                tracing::warn!("{}: {truncation}", file.display());
+            }
             let refused = reader.refused().iter();
             let refused = refused.map(|of| (of.reason.to_string(), of.observations, of.first.to_string()));
             summary.refused = refused.collect();

@@ -17,7 +17,7 @@ pub struct LeoBody {
 #[derive(Debug, thiserror::Error)]
 pub enum LeoBodyError {
     /// The description of the body is invalid.
-    #[error("leo.urdf: {0}")]
+    #[error("leo.urdf:{}:{}: {}", .0.line, .0.column, .0.kind)]
     Body(#[from] kinematics::BodyError),
     /// A joint is missing.
     #[error("leo.urdf: {0}")]

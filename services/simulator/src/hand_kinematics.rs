@@ -1,4 +1,4 @@
-use kinematics::{Body, BodyError, Side};
+use kinematics::{Body, BodyErrorKind, Side};
 use message::JointState;
 
 use crate::Hand;
@@ -27,10 +27,10 @@ impl HandKinematics {
     /// # Errors
     ///
     /// A finger that closes a hand is not among the body's joints.
-    pub(crate) fn new(body: Body) -> Result<Self, BodyError> {
+    pub(crate) fn new(body: Body) -> Result<Self, BodyErrorKind> {
         let finger = |side: Side, name: &str| {
             let joint = format!("{}_{name}_pitch_joint", side.name());
-            body.joint(&joint).ok_or(BodyError::MissingJoint { joint })
+            body.joint(&joint).ok_or(BodyErrorKind::MissingJoint { joint })
         };
         let hand = |side| FINGERS.iter().map(|name| finger(side, name)).collect::<Result<Vec<_>, _>>();
         let fingers = [hand(Side::Left)?, hand(Side::Right)?];

@@ -1,8 +1,10 @@
 use geometry::{Base, Eye, Hand, Pose};
 use nalgebra::Isometry3;
 
-use crate::Link;
+use crate::body_error::BodyErrorKind;
 use crate::tree::{Step, Tree};
+use crate::urdf::{Urdf, UrdfJoint};
+use crate::{BodyError, Link};
 
 /// Number of joints of an arm, from the shoulder to the wrist.
 pub const ARM_JOINTS: usize = 7;
@@ -57,92 +59,6 @@ impl Joint {
     }
 }
 
-/// A URDF is not a valid body.
-#[derive(Debug, thiserror::Error)]
-pub enum BodyError {
-    /// The text is no URDF.
-    #[error("not a URDF: {source}")]
-    Urdf {
-        /// The parser's error.
-        source: urdf_rs::UrdfError,
-    },
-    /// A joint of the list is not in the URDF.
-    #[error("no revolute joint `{joint}` in the URDF; the names there and in motor.toml must be the same")]
-    MissingJoint {
-        /// Name of the joint.
-        joint: String,
-    },
-    /// A movable joint of the URDF is not in the list.
-    #[error("the URDF's joint `{joint}` moves and has no servo; add it to motor.toml or make it fixed")]
-    UnlistedJoint {
-        /// Name of the joint.
-        joint: String,
-    },
-    /// The limits are crossed or not finite, or the maximum speed is not positive.
-    #[error("joint `{joint}`: lower {lower_rad}, upper {upper_rad}, velocity {velocity_rad_s} are no limits")]
-    Limits {
-        /// Name of the joint.
-        joint: String,
-        /// Lower limit, in radians.
-        lower_rad: f64,
-        /// Upper limit, in radians.
-        upper_rad: f64,
-        /// Maximum speed, in radians per second.
-        velocity_rad_s: f64,
-    },
-    /// The axis of a joint has no length.
-    #[error("joint `{joint}`: its axis has no length")]
-    NoAxis {
-        /// Name of the joint.
-        joint: String,
-    },
-    /// A joint names an unknown link.
-    #[error("joint `{joint}` joins a link `{link}`, which is not in the URDF")]
-    UnknownLink {
-        /// Name of the joint.
-        joint: String,
-        /// Name of the link.
-        link: String,
-    },
-    /// A link is the child of two joints.
-    #[error("link `{link}` is the child of two joints")]
-    TwoParents {
-        /// Name of the link.
-        link: String,
-    },
-    /// No link is the root.
-    #[error("no link is the root: every one is the child of a joint")]
-    NoRoot,
-    /// Two links have no parent.
-    #[error("links `{one}` and `{other}` both have no parent: join them")]
-    TwoRoots {
-        /// The first one.
-        one: String,
-        /// The second one.
-        other: String,
-    },
-    /// The joints form a cycle.
-    #[error("link `{link}` is part of a loop of joints")]
-    Ring {
-        /// A link of the cycle.
-        link: String,
-    },
-    /// A hand or eye link is missing.
-    #[error("no link `{link}` in the URDF: hands are `<side>_grasp`, eyes `<side>_eye`")]
-    MissingLink {
-        /// Name of the link.
-        link: String,
-    },
-    /// Fewer than [`ARM_JOINTS`] joints move a hand.
-    #[error("{found} joints move `{link}`; an arm needs {ARM_JOINTS}")]
-    ShortArm {
-        /// The link of the hand.
-        link: String,
-        /// Number of joints between it and the root.
-        found: usize,
-    },
-}
-
 /// An arm: the last seven joints before the hand, and what carries them.
 #[derive(Clone, Debug)]
 pub(crate) struct Arm {
@@ -173,16 +89,18 @@ impl Body {
     /// [`BodyError`] if the text is no URDF, or its movable joints are not those of `names`. Also if its
     /// links are not one tree with two arms and two eyes.
     pub fn from_urdf(text: &str, names: &[&str]) -> Result<Self, BodyError> {
-        let robot = urdf_rs::read_from_string(text).map_err(|source| BodyError::Urdf { source })?;
-        let moves = |joint: &&urdf_rs::Joint| joint.joint_type != urdf_rs::JointType::Fixed;
+        let urdf = Urdf::parse(text)?;
+        let moves = |joint: &&UrdfJoint| joint.joint_type != "fixed";
         if let Some(joint) =
-            robot.joints.iter().filter(moves).find(|joint| !names.contains(&joint.name.as_str()))
+            urdf.joints.iter().filter(moves).find(|joint| !names.contains(&joint.name.as_str()))
         {
-            return Err(BodyError::UnlistedJoint { joint: joint.name.clone() });
+            return Err(joint.place.error(BodyErrorKind::UnlistedJoint { joint: joint.name.clone() }));
         }
-        let joints = names.iter().map(|name| joint(&robot, name)).collect::<Result<Vec<_>, _>>()?;
-        let tree = Tree::new(&robot, |name| names.iter().position(|known| *known == name))?;
-        let link = |name: String| tree.link(&name).ok_or(BodyError::MissingLink { link: name });
+        let joints = names.iter().map(|name| joint(&urdf, name)).collect::<Result<Vec<_>, _>>()?;
+        let tree = Tree::new(&urdf, |name| names.iter().position(|known| *known == name))?;
+        let link = |name: String| {
+            tree.link(&name).ok_or_else(|| urdf.place.error(BodyErrorKind::MissingLink { link: name }))
+        };
         let [left, right] = Side::BOTH.map(|side| format!("{}_grasp", side.name()));
         let hands = [link(left)?, link(right)?];
         let [left, right] = Side::BOTH.map(|side| format!("{}_eye", side.name()));
@@ -270,27 +188,28 @@ impl Body {
     }
 }
 
-fn joint(robot: &urdf_rs::Robot, name: &str) -> Result<Joint, BodyError> {
-    let joint = robot
-        .joints
-        .iter()
-        .find(|joint| joint.name == name && joint.joint_type == urdf_rs::JointType::Revolute)
-        .ok_or_else(|| BodyError::MissingJoint { joint: name.to_owned() })?;
-    let urdf_rs::JointLimit { lower, upper, velocity, .. } = joint.limit;
-    // Written so that NaN fails.
-    if lower <= upper && velocity > 0.0 && [lower, upper, velocity].iter().all(|limit| limit.is_finite()) {
-        let name = name.to_owned();
-        Ok(Joint { name, lower_rad: lower, upper_rad: upper, velocity_rad_s: velocity })
-    } else {
-        let joint = name.to_owned();
-        Err(BodyError::Limits { joint, lower_rad: lower, upper_rad: upper, velocity_rad_s: velocity })
+fn joint(urdf: &Urdf, name: &str) -> Result<Joint, BodyError> {
+    let missing = || urdf.place.error(BodyErrorKind::MissingJoint { joint: name.to_owned() });
+    let joint = urdf.joints.iter().find(|joint| joint.name == name).ok_or_else(missing)?;
+    let name = name.to_owned();
+    if joint.joint_type != "revolute" {
+        let found = joint.joint_type.to_owned();
+        return Err(joint.place.error(BodyErrorKind::NotRevolute { joint: name, found }));
     }
+    if let Some(mimic) = joint.mimic() {
+        return Err(mimic.error(BodyErrorKind::Mimic { joint: name }));
+    }
+    let [lower_rad, upper_rad, velocity_rad_s] = joint.limits()?;
+    Ok(Joint { name, lower_rad, upper_rad, velocity_rad_s })
 }
 
 fn arm(tree: &Tree, hand: Link, side: Side) -> Result<Arm, BodyError> {
     let mut mount = tree.chain(hand);
     let turning: Vec<usize> = mount.iter().filter_map(|step| Some(step.turn?.joint)).collect();
-    let short = || BodyError::ShortArm { link: format!("{}_grasp", side.name()), found: turning.len() };
+    let short = || {
+        let link = format!("{}_grasp", side.name());
+        tree.place(hand).error(BodyErrorKind::ShortArm { link, found: turning.len() })
+    };
     let joints: [usize; ARM_JOINTS] = *turning.last_chunk().ok_or_else(short)?;
     let [shoulder, ..] = joints;
     let first = mount

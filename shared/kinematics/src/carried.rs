@@ -1,19 +1,20 @@
 use crate::BodyError;
+use crate::urdf::Urdf;
 
 /// For each of `names`, the index of the nearest other one on the way to the root of a URDF; `None` without
 /// one. A name that is not in the URDF has no ancestor and is none.
 ///
 /// # Errors
 ///
-/// [`BodyError::Urdf`] if the text is no URDF.
+/// [`BodyError`] if the text is no URDF.
 pub fn nearest_ancestors(urdf: &str, names: &[&str]) -> Result<Vec<Option<usize>>, BodyError> {
-    let robot = urdf_rs::read_from_string(urdf).map_err(|source| BodyError::Urdf { source })?;
-    let above = |link: &str| robot.joints.iter().find(|joint| joint.child.link == link);
+    let robot = Urdf::parse(urdf)?;
+    let above = |link: &str| robot.joints.iter().find(|joint| joint.child == link);
     let nearest = |name: &&str| {
         let mut joint = robot.joints.iter().find(|joint| joint.name == **name)?;
         // Bounds the walk if the joints form a cycle.
         for _step in 0..robot.joints.len() {
-            joint = above(&joint.parent.link)?;
+            joint = above(&joint.parent)?;
             if let Some(place) = names.iter().position(|name| *name == joint.name) {
                 return Some(place);
             }

@@ -7,11 +7,15 @@
 //! [`Base`](geometry::Base) frame.
 
 mod body;
+mod body_error;
 mod carried;
 mod inverse_kinematics;
 mod tree;
+mod urdf;
+mod xml;
 
-pub use body::{ARM_JOINTS, Body, BodyError, Joint, Side};
+pub use body::{ARM_JOINTS, Body, Joint, Side};
+pub use body_error::{BodyError, BodyErrorKind};
 pub use carried::nearest_ancestors;
 pub use inverse_kinematics::{HandGoal, Jacobian, UnreachableError};
 pub use tree::Link;

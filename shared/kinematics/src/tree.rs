@@ -1,6 +1,8 @@
-use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
 use crate::BodyError;
+use crate::body_error::{BodyErrorKind, Place};
+use crate::urdf::Urdf;
 
 /// Handle of a link, valid for the body that returned it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,6 +12,8 @@ pub struct Link(usize);
 #[derive(Clone, Debug)]
 struct Node {
     name: String,
+    /// Place of the link in the URDF.
+    place: Place,
     parent: Option<usize>,
     /// Pose in the parent's frame at joint position zero.
     origin: Isometry3<f64>,
@@ -51,40 +55,39 @@ impl Step {
 
 impl Tree {
     /// Reads links and joints; `index` maps the names of revolute joints to indices.
-    pub(crate) fn new(
-        robot: &urdf_rs::Robot,
-        index: impl Fn(&str) -> Option<usize>,
-    ) -> Result<Self, BodyError> {
-        let find = |name: &str| robot.links.iter().position(|link| link.name == name);
-        let mut nodes: Vec<Node> = robot
+    pub(crate) fn new(urdf: &Urdf, index: impl Fn(&str) -> Option<usize>) -> Result<Self, BodyError> {
+        let find = |name: &str| urdf.links.iter().position(|link| link.name == name);
+        let mut nodes: Vec<Node> = urdf
             .links
             .iter()
             .map(|link| Node {
                 name: link.name.clone(),
+                place: link.place,
                 parent: None,
                 origin: Isometry3::identity(),
                 turn: None,
             })
             .collect();
-        for joint in &robot.joints {
-            let unknown =
-                |link: &str| BodyError::UnknownLink { joint: joint.name.clone(), link: link.to_owned() };
-            let parent = find(&joint.parent.link).ok_or_else(|| unknown(&joint.parent.link))?;
-            let node = find(&joint.child.link)
+        for joint in &urdf.joints {
+            let unknown = |link: &str| {
+                let (joint_name, link) = (joint.name.clone(), link.to_owned());
+                joint.place.error(BodyErrorKind::UnknownLink { joint: joint_name, link })
+            };
+            let parent = find(&joint.parent).ok_or_else(|| unknown(&joint.parent))?;
+            let node = find(&joint.child)
                 .and_then(|child| nodes.get_mut(child))
-                .ok_or_else(|| unknown(&joint.child.link))?;
+                .ok_or_else(|| unknown(&joint.child))?;
             if node.parent.is_some() {
-                return Err(BodyError::TwoParents { link: node.name.clone() });
+                let mut parents = urdf.joints.iter().filter(|other| other.child == joint.child);
+                let one = parents.next().map(|joint| joint.name.clone()).unwrap_or_default();
+                let (link, other) = (node.name.clone(), joint.name.clone());
+                return Err(joint.place.error(BodyErrorKind::TwoParents { link, one, other }));
             }
             node.parent = Some(parent);
-            node.origin = origin(&joint.origin);
+            node.origin = joint.origin;
             node.turn = match index(&joint.name) {
                 None => None,
-                Some(number) => {
-                    let axis = Unit::try_new(Vector3::from(*joint.axis.xyz), 1e-6)
-                        .ok_or_else(|| BodyError::NoAxis { joint: joint.name.clone() })?;
-                    Some(Turn { joint: number, axis })
-                }
+                Some(number) => Some(Turn { joint: number, axis: joint.axis()? }),
             };
         }
         let tree = Self { nodes };
@@ -92,18 +95,23 @@ impl Tree {
         let mut roots = tree.nodes.iter().filter(|node| node.parent.is_none());
         match (roots.next(), roots.next()) {
             (Some(_), None) => {}
-            (None, _) => return Err(BodyError::NoRoot),
+            (None, _) => return Err(urdf.place.error(BodyErrorKind::NoRoot)),
             (Some(one), Some(other)) => {
-                return Err(BodyError::TwoRoots { one: one.name.clone(), other: other.name.clone() });
+                let kind = BodyErrorKind::TwoRoots { one: one.name.clone(), other: other.name.clone() };
+                return Err(other.place.error(kind));
             }
         }
-        for link in 0..tree.nodes.len() {
+        for (link, node) in tree.nodes.iter().enumerate() {
             if tree.towards_root(Link(link)).count() > tree.nodes.len() {
-                let name = tree.nodes.get(link).map(|node| node.name.clone()).unwrap_or_default();
-                return Err(BodyError::Ring { link: name });
+                return Err(node.place.error(BodyErrorKind::Ring { link: node.name.clone() }));
             }
         }
         Ok(tree)
+    }
+
+    /// The link's place in the URDF.
+    pub(crate) fn place(&self, link: Link) -> Place {
+        self.nodes.get(link.0).map_or(Place::START, |node| node.place)
     }
 
     pub(crate) fn link(&self, name: &str) -> Option<Link> {
@@ -147,11 +155,4 @@ impl Tree {
         })
         .take(self.nodes.len() + 1)
     }
-}
-
-/// A URDF origin: roll, pitch and yaw about fixed axes, in that order.
-fn origin(pose: &urdf_rs::Pose) -> Isometry3<f64> {
-    let [roll, pitch, yaw] = *pose.rpy;
-    let rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
-    Isometry3::from_parts(Translation3::from(Vector3::from(*pose.xyz)), rotation)
 }

@@ -110,6 +110,34 @@ fn a_file_cut_at_any_byte_is_an_error_or_a_prefix() {
 }
 
 #[test]
+fn a_length_beyond_the_file_ends_a_recording_as_a_cut_does() {
+    let frames = frames();
+    let bytes = written(&frames, Time::Lockstep);
+    let (mut at, mut chunks, mut seen) = (mcap::MAGIC.len(), 0, 0);
+    while bytes[at] != mcap::records::op::FOOTER {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("eight bytes"));
+        let end = at + 9 + usize::try_from(length).expect("is in the file");
+        let is_chunk = bytes[at] == mcap::records::op::CHUNK;
+        let (as_cut, is_cut, _) = read(&bytes[..end - 1]);
+        for claimed in [u64::MAX, 1 << 40] {
+            let mut unclosed = bytes[..end].to_vec();
+            unclosed[at + 1..at + 9].copy_from_slice(&claimed.to_le_bytes());
+            if is_chunk {
+                unclosed[at + 25..at + 37].fill(0xff);
+            }
+            let (found, is_unclosed_cut, wrong) = read(&unclosed);
+            assert!(found == as_cut && is_unclosed_cut == is_cut, "{at}: {wrong:?}");
+            // A recording without its description is none.
+            assert!(wrong.is_none() || matches!(wrong, Some(ReadError::Foreign { .. })), "{at}: {wrong:?}");
+            seen += 1;
+        }
+        chunks += usize::from(is_chunk);
+        at = end;
+    }
+    assert!(chunks > 0 && seen > 20, "{chunks} {seen}");
+}
+
+#[test]
 fn a_file_that_is_no_recording_is_refused() {
     let foreign = |bytes: &[u8]| {
         let error = read(bytes).2.expect("is refused");

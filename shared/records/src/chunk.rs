@@ -1,4 +1,4 @@
-use budget::Budget;
+use budget::{Budget, BudgetError};
 use mcap::McapError;
 use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
@@ -20,6 +20,26 @@ pub(crate) struct OpenChunk {
     left: Option<u64>,
 }
 
+/// Why a chunk cannot be opened.
+pub(crate) enum ChunkError {
+    /// Its sizes do not fit into its record. They claim `content` bytes of it.
+    Sizes { content: u64, error: McapError },
+    /// Its records cannot be read.
+    Records(RecordsError),
+}
+
+impl From<McapError> for ChunkError {
+    fn from(error: McapError) -> Self {
+        Self::Records(error.into())
+    }
+}
+
+impl From<BudgetError> for ChunkError {
+    fn from(error: BudgetError) -> Self {
+        Self::Records(error.into())
+    }
+}
+
 /// Result of reading from a chunk.
 pub(crate) enum ChunkEvent {
     Record(Record<'static>),
@@ -38,9 +58,21 @@ impl OpenChunk {
     }
 
     /// Opens a chunk with the record content `data`. Returns whether it has a check sum or needs none.
-    pub(crate) fn open(&mut self, data: &[u8], budget: &mut Budget) -> Result<bool, RecordsError> {
-        let Record::Chunk { header, data: records } = mcap::parse_record(op::CHUNK, data)? else {
-            return Err(McapError::UnexpectedEoc.into());
+    pub(crate) fn open(&mut self, data: &[u8], budget: &mut Budget) -> Result<bool, ChunkError> {
+        let claimed = claimed(data);
+        let (header, records) = match mcap::parse_record(op::CHUNK, data) {
+            // A size that was never filled in.
+            Ok(Record::Chunk { .. }) if claimed == Some(u64::MAX) => {
+                return Err(ChunkError::Sizes { content: u64::MAX, error: McapError::UnexpectedEoc });
+            }
+            Ok(Record::Chunk { header, data: records }) => (header, records),
+            Ok(_) => return Err(McapError::UnexpectedEoc.into()),
+            Err(error) => {
+                return Err(match claimed {
+                    Some(content) => ChunkError::Sizes { content, error },
+                    None => error.into(),
+                });
+            }
         };
         let ChunkHeader { compressed_size, uncompressed_size, compression, uncompressed_crc, .. } = header;
         let expanded = if compression.is_empty() {
@@ -93,4 +125,21 @@ impl OpenChunk {
             Some(Err(error)) => Err(error.into()),
         }
     }
+}
+
+/// The bytes of a chunk's record that its header claims: the header, and the compressed records. `u64::MAX` if a size is
+/// the placeholder that a writer fills in when it closes the chunk; `None` if the header itself is incomplete.
+fn claimed(data: &[u8]) -> Option<u64> {
+    const TIMES: usize = 16;
+    let (uncompressed, rest) = data.get(TIMES..)?.split_first_chunk()?;
+    let (_check_sum, rest) = rest.split_first_chunk::<4>()?;
+    let (length, rest) = rest.split_first_chunk()?;
+    let length = u32::from_le_bytes(*length);
+    let (compressed, _) = rest.get(usize::try_from(length).ok()?..)?.split_first_chunk()?;
+    let [uncompressed, compressed] = [uncompressed, compressed].map(|size| u64::from_le_bytes(*size));
+    if uncompressed == u64::MAX {
+        return Some(u64::MAX);
+    }
+    let header = u64::try_from(HEADER).ok()?.saturating_add(length.into());
+    Some(header.saturating_add(compressed))
 }

@@ -5,11 +5,13 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::chunk::{ChunkEvent, OpenChunk};
+use crate::chunk::{ChunkError, ChunkEvent, OpenChunk};
 use crate::{MAX_RECORD_BYTES, RecordFilter, RecordsError, Unchecked};
 
 /// Read size in bytes: memory for a record grows with the data read, not with the declared length.
 const PIECE: usize = 256 << 10;
+/// Size in bytes of a record's opcode and length.
+const RECORD_HEAD: u64 = 9;
 
 /// Reads the records of an MCAP file from its beginning to its end.
 pub struct Records<R> {
@@ -20,6 +22,8 @@ pub struct Records<R> {
     chunk: OpenChunk,
     budget: Budget,
     unchecked: Option<Unchecked>,
+    /// Where the next record of the file begins, in bytes.
+    next_record_at: u64,
     is_cut: bool,
     has_ended: bool,
 }
@@ -43,6 +47,7 @@ impl<R: Read> Records<R> {
             chunk: OpenChunk::none(),
             budget: Budget::expansion(),
             unchecked: None,
+            next_record_at: saturating_u64(mcap::MAGIC.len()),
             is_cut: false,
             has_ended: false,
         }
@@ -68,7 +73,8 @@ impl<R: Read> Records<R> {
         Ok(None)
     }
 
-    /// Whether the file is truncated.
+    /// Whether the file is truncated: it ends within a record, or a length in it reaches past its end. The writer was
+    /// killed, or the disk was full. A writer that seeks leaves the largest length in a chunk that it did not close.
     #[must_use]
     pub fn is_cut(&self) -> bool {
         self.is_cut
@@ -95,34 +101,60 @@ impl<R: Read> Records<R> {
         match self.file.next_event() {
             None => Ok(Step::End),
             Some(Ok(LinearReadEvent::ReadRequest(wanted))) => self.read(wanted).map(|()| Step::Skipped),
-            Some(Ok(LinearReadEvent::Record { opcode: op::CHUNK, data })) => {
-                let is_checked = self.chunk.open(data, &mut self.budget)?;
-                self.count(is_checked);
-                Ok(Step::Skipped)
-            }
             Some(Ok(LinearReadEvent::Record { opcode, data })) => {
+                let content_at = self.next_record_at.saturating_add(RECORD_HEAD);
+                self.next_record_at = content_at.saturating_add(saturating_u64(data.len()));
+                if opcode == op::CHUNK {
+                    match self.chunk.open(data, &mut self.budget) {
+                        Ok(is_checked) => self.count(is_checked),
+                        Err(ChunkError::Records(error)) => return Err(error),
+                        Err(ChunkError::Sizes { content, error }) => {
+                            return self.cut_or(content_at, content, error.into());
+                        }
+                    }
+                    return Ok(Step::Skipped);
+                }
                 let record = self.wanted.parse(opcode, data)?;
                 self.count(opcode != op::MESSAGE);
                 Ok(record.map_or(Step::Skipped, Step::Record))
             }
-            Some(Err(McapError::UnexpectedEof)) => {
-                self.is_cut = true;
-                Ok(Step::End)
+            Some(Err(McapError::UnexpectedEof)) => Ok(self.cut()),
+            Some(Err(McapError::RecordTooLarge { opcode, len })) => {
+                let content_at = self.next_record_at.saturating_add(RECORD_HEAD);
+                self.cut_or(content_at, len, McapError::RecordTooLarge { opcode, len }.into())
             }
             Some(Err(error)) => Err(error.into()),
         }
     }
 
-    fn read(&mut self, wanted: usize) -> Result<(), RecordsError> {
-        let read = loop {
-            match self.source.read(self.file.insert(wanted.min(PIECE))) {
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                read => break read.map_err(RecordsError::Read)?,
+    fn cut(&mut self) -> Step {
+        self.is_cut = true;
+        Step::End
+    }
+
+    /// The end of a truncated file if `length` bytes from `at` on reach past the end of the file; otherwise `error`.
+    fn cut_or(&mut self, at: u64, length: u64, error: RecordsError) -> Result<Step, RecordsError> {
+        let end = at.saturating_add(length);
+        let mut dropped = vec![0; PIECE];
+        while self.read_bytes() < end {
+            let read = read(&mut self.source, &mut dropped)?;
+            if read == 0 {
+                return Ok(self.cut());
             }
-        };
-        self.budget.set_read_bytes(self.read_bytes().saturating_add(u64::try_from(read).unwrap_or(0)));
+            self.add_read(read);
+        }
+        Err(error)
+    }
+
+    fn read(&mut self, wanted: usize) -> Result<(), RecordsError> {
+        let read = read(&mut self.source, self.file.insert(wanted.min(PIECE)))?;
+        self.add_read(read);
         self.file.notify_read(read);
         Ok(())
+    }
+
+    fn add_read(&mut self, read: usize) {
+        self.budget.set_read_bytes(self.read_bytes().saturating_add(saturating_u64(read)));
     }
 
     fn count(&mut self, is_checked: bool) {
@@ -131,6 +163,20 @@ impl<R: Read> Records<R> {
             self.unchecked.get_or_insert(Unchecked { places: 0, first_bytes }).places += 1;
         }
     }
+}
+
+/// Reads once; 0 bytes mean the end.
+fn read(source: &mut impl Read, into: &mut [u8]) -> Result<usize, RecordsError> {
+    loop {
+        match source.read(into) {
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            read => return read.map_err(RecordsError::Read),
+        }
+    }
+}
+
+fn saturating_u64(number: usize) -> u64 {
+    u64::try_from(number).unwrap_or(u64::MAX)
 }
 
 impl<R> std::fmt::Debug for Records<R> {

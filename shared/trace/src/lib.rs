@@ -26,5 +26,5 @@ pub use frame::Frame;
 pub use instants::FramesByInstant;
 pub use json::{JsonError, read_json};
 pub use playback::{Playback, PlaybackError};
-pub use reader::Reader;
+pub use reader::{Reader, Truncation};
 pub use rejection::{Rejections, TraceRejectReason};

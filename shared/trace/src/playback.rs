@@ -7,7 +7,7 @@ use clock::{Duration, Instant};
 use message::{Header, Hop, Observation};
 use quantity::number::saturating_u64;
 
-use crate::{Reader, Rejections, TraceError};
+use crate::{Reader, Rejections, TraceError, Truncation};
 
 /// Pause before the repetition of a trace with a single instant.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -26,6 +26,14 @@ pub enum PlaybackError {
     Empty {
         /// The file.
         name: String,
+    },
+    /// The trace is truncated before its first frame ends.
+    #[error("{name}: {truncation}; record it again, or name another file")]
+    CutShort {
+        /// The file.
+        name: String,
+        /// Its end.
+        truncation: Truncation,
     },
     /// The trace has frames of several sources, and no source was selected.
     #[error(
@@ -106,7 +114,10 @@ impl Playback {
         }
         let all = || sources.iter().map(u16::to_string).collect::<Vec<_>>().join(", ");
         let (Some(&begins_ns), Some(&ends_ns)) = (instants.first(), instants.last()) else {
-            return Err(PlaybackError::Empty { name });
+            return Err(match reader.truncation() {
+                Some(truncation) => PlaybackError::CutShort { name, truncation },
+                None => PlaybackError::Empty { name },
+            });
         };
         match recorded_source {
             None if sources.len() > 1 => return Err(PlaybackError::Several { name, sources: all() }),

@@ -1,4 +1,5 @@
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::fs::File;
 use std::io::{BufReader, Chain, Cursor, Read};
 use std::path::Path;
@@ -44,8 +45,31 @@ pub struct Reader<R> {
     /// The latest instant of each source.
     newest: BTreeMap<u16, u64>,
     refusals: RejectionCounts,
+    /// Number of frames returned.
+    frames: u64,
     cut: bool,
     ended: bool,
+}
+
+/// The end of a truncated trace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Truncation {
+    /// Number of bytes read.
+    pub bytes: u64,
+    /// Number of frames read.
+    pub frames: u64,
+}
+
+impl fmt::Display for Truncation {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { bytes, frames } = self;
+        write!(out, "the trace is cut short after {bytes} bytes, as by a killed writer: ")?;
+        match frames {
+            0 => write!(out, "it has no whole frame"),
+            1 => write!(out, "1 whole frame was read"),
+            _ => write!(out, "{frames} whole frames were read"),
+        }
+    }
 }
 
 enum Format<R> {
@@ -92,6 +116,7 @@ impl<R: Read> Reader<R> {
             form,
             newest: BTreeMap::new(),
             refusals: RejectionCounts::default(),
+            frames: 0,
             cut: false,
             ended: false,
         })
@@ -103,10 +128,16 @@ impl<R: Read> Reader<R> {
         self.refusals.as_slice()
     }
 
-    /// Whether the trace is truncated within a frame.
+    /// Whether the trace is truncated: it ends within a frame, or a length in it reaches past its end.
     #[must_use]
     pub fn is_cut(&self) -> bool {
         self.cut
+    }
+
+    /// Where the trace is truncated; `None` if it is not, as far as it was read.
+    #[must_use]
+    pub fn truncation(&self) -> Option<Truncation> {
+        self.cut.then(|| Truncation { bytes: self.read_bytes(), frames: self.frames })
     }
 
     /// The part read so far that has no checksum, in which damage goes unnoticed. `None` for JSON lines, which never
@@ -159,6 +190,7 @@ impl<R: Read> Reader<R> {
                 }
                 reason.is_none()
             });
+            self.frames += 1;
             return Ok(Some(frame));
         }
     }

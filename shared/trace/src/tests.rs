@@ -279,6 +279,128 @@ fn a_damaged_chunk_is_reported_and_everything_before_it_is_read() {
     assert_same(&back, &frames[..back.len()]);
 }
 
+/// The offsets and opcodes of the records of an MCAP file, up to its footer.
+fn records_of(bytes: &[u8]) -> Vec<(usize, u8)> {
+    let (mut found, mut at) = (Vec::new(), mcap::MAGIC.len());
+    while bytes[at] != mcap::records::op::FOOTER {
+        found.push((at, bytes[at]));
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap());
+        at += 9 + usize::try_from(length).unwrap();
+    }
+    found
+}
+
+/// Frames of 4 chunks at least.
+fn chunked(options: WriteOptions) -> (Vec<Frame>, Vec<u8>) {
+    let frame = |at_ns| Frame { at_ns, source: 0, observations: vec![Observation::object(0, at_ns); 5] };
+    let frames: Vec<Frame> = (1..100).map(frame).collect();
+    let bytes = mcap(&frames, options.chunk_size(Some(16 << 10)));
+    assert!(records_of(&bytes).iter().filter(|(_, op)| *op == mcap::records::op::CHUNK).count() > 3);
+    (frames, bytes)
+}
+
+/// Reads a file that a killed writer left, which must be cut short without an error.
+fn read_cut(bytes: &[u8], frames: &[Frame]) -> usize {
+    let (back, error, reader) = read(bytes);
+    assert!(error.is_none(), "{error:?}");
+    assert_same(&back, &frames[..back.len()]);
+    let truncation = reader.truncation().expect("it is cut");
+    assert_eq!(truncation.frames, u64::try_from(back.len()).unwrap());
+    assert!(truncation.bytes <= u64::try_from(bytes.len()).unwrap());
+    back.len()
+}
+
+#[test]
+fn an_unclosed_chunk_ends_the_trace_as_a_cut_does() {
+    for compression in [None, Some(mcap::Compression::Zstd), Some(mcap::Compression::Lz4)] {
+        let (frames, bytes) = chunked(WriteOptions::new().compression(compression));
+        let chunks: Vec<usize> = records_of(&bytes)
+            .into_iter()
+            .filter_map(|(at, op)| (op == mcap::records::op::CHUNK).then_some(at))
+            .collect();
+        for (whole, at) in chunks.iter().copied().enumerate().take(3) {
+            let cut = &bytes[..at + 400];
+            let as_cut = read_cut(cut, &frames);
+            assert_eq!(as_cut > 0, whole > 0);
+            // What a writer that seeks fills in at last: the record's length, two sizes and the check sum.
+            let sizes = |bytes: &mut Vec<u8>, places: &[(usize, usize)]| {
+                for (place, length) in places {
+                    bytes[at + place..at + place + length].fill(0xff);
+                }
+            };
+            let name = u32::from_le_bytes(bytes[at + 37..at + 41].try_into().unwrap());
+            let compressed = 41 + usize::try_from(name).unwrap();
+            let all = [(1, 8), (25, 8), (33, 4), (compressed, 8)];
+            let mut unclosed = cut.to_vec();
+            sizes(&mut unclosed, &all);
+            assert_eq!(read_cut(&unclosed, &frames), as_cut);
+            // The record's length alone, also one that a file could have.
+            let mut unclosed = cut.to_vec();
+            for length in [u64::MAX, u64::MAX - 1, 1 << 63, 1 << 40, 65 << 20, 60 << 20] {
+                unclosed[at + 1..at + 9].copy_from_slice(&length.to_le_bytes());
+                assert_eq!(read_cut(&unclosed, &frames), as_cut, "{length}");
+            }
+            // The sizes in it, with a length that was filled in.
+            for places in [&all[1..], &all[1..2], &all[3..]] {
+                let mut unclosed = cut.to_vec();
+                unclosed[at + 1..at + 9].copy_from_slice(&391_u64.to_le_bytes());
+                sizes(&mut unclosed, places);
+                assert_eq!(read_cut(&unclosed, &frames), as_cut, "{places:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn any_record_with_a_length_beyond_the_file_ends_the_trace_as_a_cut_does() {
+    let (frames, bytes) = chunked(WriteOptions::new());
+    let mut seen = BTreeSet::new();
+    for (at, op) in records_of(&bytes) {
+        let as_cut = read_cut(&bytes[..at + 5], &frames);
+        for length in [u64::MAX, 1 << 40] {
+            for opcode in [op, mcap::records::op::MESSAGE, mcap::records::op::ATTACHMENT, 0x90] {
+                let mut unclosed = bytes[..at + 30].to_vec();
+                unclosed[at] = opcode;
+                unclosed[at + 1..at + 9].copy_from_slice(&length.to_le_bytes());
+                assert_eq!(read_cut(&unclosed, &frames), as_cut);
+            }
+        }
+        seen.insert(op);
+    }
+    assert!(seen.len() >= 7, "{seen:?}");
+    // The file after a record that is too long for any reader, but not for the file, is not cut.
+    let (at, _) = records_of(&bytes).into_iter().nth(4).unwrap();
+    let mut long = bytes[..at].to_vec();
+    long.push(0x90);
+    long.extend((65_u64 << 20).to_le_bytes());
+    long.resize(long.len() + (65 << 20), 0);
+    let (back, error, reader) = read(&long);
+    assert!(matches!(error, Some(TraceError::Damaged { .. })) && !reader.is_cut(), "{error:?}");
+    assert_same(&back, &frames[..back.len()]);
+}
+
+#[test]
+fn a_trace_cut_before_its_first_chunk_says_so() {
+    let (frames, bytes) = chunked(WriteOptions::new());
+    let chunk = records_of(&bytes).into_iter().find(|(_, op)| *op == mcap::records::op::CHUNK).unwrap().0;
+    for length in [8, 9, 20, 60, chunk, chunk + 9, chunk + 300] {
+        assert_eq!(read_cut(&bytes[..length], &frames), 0, "{length}");
+    }
+    let (_, _, reader) = read(&bytes[..chunk + 300]);
+    let one = crate::Truncation { bytes: 100, frames: 1 };
+    let two = crate::Truncation { bytes: 100, frames: 2 };
+    let none = crate::Truncation { bytes: 100, ..reader.truncation().unwrap() };
+    insta::assert_snapshot!([none, one, two].map(|end| end.to_string()).join("\n"));
+
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a.mcap");
+    std::fs::write(&file, &bytes[..chunk + 300]).unwrap();
+    let refused = crate::Playback::open(&file, None, false).unwrap_err();
+    assert!(matches!(&refused, crate::PlaybackError::CutShort { truncation, .. } if truncation.frames == 0));
+    std::fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
+    assert!(crate::Playback::open(&file, None, false).unwrap().is_cut());
+}
+
 #[test]
 fn a_mistake_is_reported_with_its_place_and_correction() {
     let cases = [
