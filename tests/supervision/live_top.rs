@@ -142,8 +142,9 @@ fn leo_top_ends_in_order_after_a_terminal_hang_up() {
     signal(pid(&top.program), Signal::HUP);
     let status = ended(&mut top.program);
     assert!(status.is_some_and(|status| status.success()), "{status:?}\n{}", top.seen());
-    // The terminal is closed: as the controlling one, with its signal, and as another, without any.
-    let launchers: [&[&str]; 3] = [&["setsid", "--ctty"], &["setsid"], &["setsid", "nohup"]];
+    // The terminal is closed: as the controlling one, with its signal; without a signal; and with the signal ignored.
+    let ignores_hang_up = ["setsid", "--ctty", "sh", "-c", "trap '' HUP; exec \"$@\"", "sh"];
+    let launchers: [&[&str]; 3] = [&["setsid", "--ctty"], &["setsid"], &ignores_hang_up];
     for launcher in launchers {
         let (mut screen, line) = terminal();
         let mut top = start_on(&line, top_of(&robot, launcher));
