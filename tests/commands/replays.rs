@@ -335,7 +335,7 @@ fn a_replay_ends_when_its_output_is_closed_unless_it_records() {
     let to = file(&folder, "short.mcap");
     recorded(&lesson, &to);
     // So slowly that the whole replay would exceed the time-out of these tests.
-    let (mut command, _files) = leo(&["replay", &to, "--speed", "0.02", "--from", "1.25"]);
+    let (mut command, _files) = leo(&["replay", &to, "--speed", "0.005", "--from", "1.25"]);
     let mut replay = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
     drop(replay.stdout.take());
     let mut status = None;
@@ -356,7 +356,8 @@ fn a_replay_ends_when_its_output_is_closed_unless_it_records() {
     let mut replay = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("starts");
     drop(replay.stdout.take());
     replay.wait().expect("ours");
-    assert_eq!(frames(&again).len(), frames(&to).len());
+    let percepts = |file: &str| frames(file).iter().filter(|frame| frame.topic == TopicId::Percepts).count();
+    assert_eq!(percepts(&again), percepts(&to));
 }
 
 /// An attached configuration file is refused with the name of the recording and the file.
