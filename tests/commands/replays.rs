@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
+use std::io::Read as _;
+use std::process::Stdio;
 use std::thread;
 
 use clock::Duration;
@@ -324,6 +326,38 @@ fn a_replay_keeps_its_speed_from_the_start_point() {
         assert!(whole.ends_with(&lines), "{window:?} {lines:#?}\n{whole:#?}");
         assert_eq!(window.is_empty(), whole.len() == lines.len());
     }
+}
+
+#[test]
+fn a_replay_ends_when_its_output_is_closed_unless_it_records() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let lesson = write(&folder, "short.toml", &short_lesson());
+    let to = file(&folder, "short.mcap");
+    recorded(&lesson, &to);
+    // So slowly that the whole replay would exceed the time-out of these tests.
+    let (mut command, _files) = leo(&["replay", &to, "--speed", "0.005", "--from", "1.25"]);
+    let mut replay = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+    drop(replay.stdout.take());
+    let mut status = None;
+    wait_until(|| {
+        status = replay.try_wait().expect("ours");
+        status.is_some()
+    });
+    if status.is_none() {
+        replay.kill().expect("ours");
+    }
+    assert_eq!(status.and_then(|status| status.code()), Some(1));
+    let mut said = String::new();
+    replay.stderr.take().expect("piped").read_to_string(&mut said).expect("reads");
+    assert!(said.contains("cannot write to standard output"), "{said}");
+
+    let again = file(&folder, "again.mcap");
+    let (mut command, _files) = leo(&["replay", &to, "--speed", "100", "--record", &again]);
+    let mut replay = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn().expect("starts");
+    drop(replay.stdout.take());
+    replay.wait().expect("ours");
+    let percepts = |file: &str| frames(file).iter().filter(|frame| frame.topic == TopicId::Percepts).count();
+    assert_eq!(percepts(&again), percepts(&to));
 }
 
 /// An attached configuration file is refused with the name of the recording and the file.

@@ -107,3 +107,29 @@ fn servos_at_another_speed_are_found_and_reported() {
     let found = said.lines().find(|line| line.contains(" 57600: ")).expect("is said");
     assert!(found.contains("1 servo ") && found.ends_with("torso_roll_joint (id 3)"), "{found}");
 }
+
+#[test]
+fn a_bus_without_a_servo_at_any_speed_is_reported_with_the_speeds_tried() {
+    let mock = MockBus::start(&["--fault", "drop bus=torso"]);
+    let (status, said, wrong) = bus(&mock, &["scan"]);
+    assert_eq!(status, Some(1), "{said} {wrong}");
+    for words in ["no servo answers at 4000000 baud; the other speeds of servos are tried", "at any speed"] {
+        assert!(said.contains(words), "{said}");
+    }
+    // A device alone is scanned at 1000000 baud first.
+    let scan = |arguments: &[&str]| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_leo"))
+            .args(["bus", "scan", "--device"])
+            .arg(mock.path("right_arm"))
+            .args(arguments)
+            .output()
+            .expect("runs");
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
+    };
+    let (status, said) = scan(&[]);
+    assert!(said.contains("no servo answers at 1000000 baud") && !said.contains("at any speed"), "{said}");
+    let found = said.lines().find(|line| line.contains(" at 4000000: ")).expect("is said");
+    assert!(found.contains("13 servos"), "{found}");
+    assert_eq!(status, Some(1), "{said}");
+    assert_eq!(scan(&["--baud", "4000000"]).0, Some(0));
+}

@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io::{Read as _, Write as _};
 use std::os::fd::OwnedFd;
 use std::os::unix::process::CommandExt as _;
-use std::process::{Child, Command};
+use std::process::{Child, Command, ExitStatus};
 use std::sync::{Arc, Mutex};
 use std::thread;
 
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags, open};
 use rustix::process::Signal;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -23,18 +24,65 @@ struct OnTerminal {
     seen: Arc<Mutex<String>>,
 }
 
+/// A new pseudo-terminal of 80 columns: the end of the person, and that of the program. No other process inherits them.
+fn terminal() -> (File, OwnedFd) {
+    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+    let master = openpt(flags).expect("a pseudo-terminal");
+    grantpt(&master).and_then(|()| unlockpt(&master)).expect("ours");
+    let name = ptsname(&master, Vec::new()).expect("a name");
+    let line = open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).expect("opens");
+    let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
+    tcsetwinsize(&line, size).expect("takes a size");
+    (File::from(master), line)
+}
+
+/// Starts a program on a terminal.
+fn start_on(line: &OwnedFd, mut command: Command) -> Child {
+    let end = || line.try_clone().expect("a descriptor");
+    command.stdin(end()).stdout(end()).stderr(end()).env("TERM", "xterm").spawn().expect("starts")
+}
+
+/// `leo top` of a robot, started by `words`.
+fn top_of(robot: &Robot, words: &[&str]) -> Command {
+    let words = [words, &[env!("CARGO_BIN_EXE_leo"), "top", "--domain"]].concat();
+    let (program, arguments) = words.split_first().expect("some");
+    let mut command = Command::new(program);
+    command.args(arguments).arg(robot.domain());
+    command
+}
+
+/// Reads a screen until a word is drawn.
+fn read_until(screen: &mut File, word: &str) {
+    let mut seen = Vec::new();
+    let mut bytes = [0; 4096];
+    while !String::from_utf8_lossy(&seen).contains(word) {
+        let count = screen.read(&mut bytes).expect("the terminal is there");
+        seen.extend_from_slice(bytes.get(..count).unwrap_or(&[]));
+    }
+}
+
+/// The status of a program that ends by itself.
+fn ended(program: &mut Child) -> Option<ExitStatus> {
+    let mut status = None;
+    wait_until(|| {
+        status = program.try_wait().expect("ours");
+        status.is_some()
+    });
+    if status.is_none() {
+        program.kill().and_then(|()| program.wait()).expect("ours");
+    }
+    status
+}
+
+fn pid(program: &Child) -> i32 {
+    i32::try_from(program.id()).expect("a process number")
+}
+
 impl OnTerminal {
     fn start(mut command: Command) -> Self {
-        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pseudo-terminal");
-        grantpt(&master).and_then(|()| unlockpt(&master)).expect("ours");
-        let name = ptsname(&master, Vec::new()).expect("a name");
-        let line = open(&name, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).expect("opens");
-        let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
-        tcsetwinsize(&line, size).expect("takes a size");
-        let end = || line.try_clone().expect("a descriptor");
-        command.stdin(end()).stdout(end()).stderr(end()).env("TERM", "xterm").process_group(0);
-        let program = command.spawn().expect("starts");
-        let mut screen = File::from(master);
+        let (mut screen, line) = terminal();
+        command.process_group(0);
+        let program = start_on(&line, command);
         let keys = screen.try_clone().expect("a descriptor");
         let seen = Arc::new(Mutex::new(String::new()));
         let writer = Arc::clone(&seen);
@@ -65,9 +113,7 @@ impl OnTerminal {
 #[test]
 fn leo_top_handles_its_keys_and_restores_the_terminal() {
     let robot = Robot::ready("terminal", &[]);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
-    command.args(["top", "--domain"]).arg(robot.domain());
-    let mut top = OnTerminal::start(command);
+    let mut top = OnTerminal::start(top_of(&robot, &[]));
     let before = tcgetattr(&top.line).expect("a terminal").local_modes;
     assert!(wait_until(|| top.seen().contains("mock-bus")), "{}", top.seen());
     assert!(top.seen().contains("\x1b[?1049h"), "not on the alternate screen\n{}", top.seen());
@@ -81,11 +127,7 @@ fn leo_top_handles_its_keys_and_restores_the_terminal() {
     top.press(" ", "FROZEN");
     top.press(" s", "p99");
     top.keys.write_all(b"q").expect("takes it");
-    let mut status = None;
-    wait_until(|| {
-        status = top.program.try_wait().expect("ours");
-        status.is_some()
-    });
+    let status = ended(&mut top.program);
     assert!(status.is_some_and(|status| status.success()), "{status:?}\n{}", top.seen());
     assert!(wait_until(|| top.seen().contains("\x1b[?1049l")), "the alternate screen stays");
     assert_eq!(tcgetattr(&top.line).expect("a terminal").local_modes, before);
@@ -95,16 +137,59 @@ fn leo_top_handles_its_keys_and_restores_the_terminal() {
 #[test]
 fn leo_top_ends_in_order_after_a_terminal_hang_up() {
     let robot = Robot::ready("hung-up", &[]);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
-    command.args(["top", "--domain"]).arg(robot.domain());
-    let mut top = OnTerminal::start(command);
+    let mut top = OnTerminal::start(top_of(&robot, &[]));
     assert!(wait_until(|| top.seen().contains("mock-bus")), "{}", top.seen());
-    signal(i32::try_from(top.program.id()).expect("a process number"), Signal::HUP);
-    let mut status = None;
-    wait_until(|| {
-        status = top.program.try_wait().expect("ours");
-        status.is_some()
-    });
+    signal(pid(&top.program), Signal::HUP);
+    let status = ended(&mut top.program);
     assert!(status.is_some_and(|status| status.success()), "{status:?}\n{}", top.seen());
+    // The terminal is closed: as the controlling one, with its signal; without a signal; and with the signal ignored.
+    let ignores_hang_up = ["setsid", "--ctty", "sh", "-c", "trap '' HUP; exec \"$@\"", "sh"];
+    let launchers: [&[&str]; 3] = [&["setsid", "--ctty"], &["setsid"], &ignores_hang_up];
+    for launcher in launchers {
+        let (mut screen, line) = terminal();
+        let mut top = start_on(&line, top_of(&robot, launcher));
+        read_until(&mut screen, "mock-bus");
+        drop((screen, line));
+        let status = ended(&mut top);
+        assert!(status.is_some_and(|status| status.success()), "{launcher:?}: {status:?}");
+    }
+    robot.stop(Signal::TERM);
+}
+
+#[test]
+fn leo_top_ends_on_a_signal_at_any_moment_and_restores_the_terminal() {
+    let robot = Robot::ready("signalled", &[]);
+    let moments = ["", "\x1b", "\x1b[?1049h", "process", "mock-bus"];
+    for (moment, kind) in
+        moments.into_iter().flat_map(|moment| [(moment, Signal::TERM), (moment, Signal::INT)])
+    {
+        let (mut screen, line) = terminal();
+        let before = tcgetattr(&line).expect("a terminal").local_modes;
+        let mut top = start_on(&line, top_of(&robot, &[]));
+        read_until(&mut screen, moment);
+        signal(pid(&top), kind);
+        let status = ended(&mut top).expect("ends");
+        // Before it watches for signals, a signal ends it in the usual way.
+        assert!(status.success() || moment.is_empty(), "{moment:?}, {kind:?}: {status}");
+        assert_eq!(tcgetattr(&line).expect("a terminal").local_modes, before, "{moment:?}, {kind:?}");
+    }
+    // A terminal that is not read takes no more output after some frames.
+    let (mut screen, line) = terminal();
+    let before = tcgetattr(&line).expect("a terminal").local_modes;
+    let mut top = start_on(&line, top_of(&robot, &[]));
+    read_until(&mut screen, "mock-bus");
+    let is_full = || {
+        let fd = PollFd::new(&line, PollFlags::OUT);
+        poll(&mut [fd], Some(&Timespec::default())).expect("works") == 0
+    };
+    let filled = wait_until(|| {
+        screen.write_all(b"bjh\x1b").expect("takes keys");
+        is_full()
+    });
+    assert!(filled, "the terminal takes any amount of output");
+    signal(pid(&top), Signal::TERM);
+    let status = ended(&mut top);
+    assert!(status.is_some_and(|status| status.success()), "{status:?}");
+    assert_eq!(tcgetattr(&line).expect("a terminal").local_modes, before);
     robot.stop(Signal::TERM);
 }

@@ -1,8 +1,10 @@
 //! The supervisor's messages to the service manager by the protocol of sd_notify(3), received by a socket of
 //! this test.
 
+use std::ffi::OsString;
 use std::fs;
-use std::os::unix::net::UnixDatagram;
+use std::os::linux::net::SocketAddrExt as _;
+use std::os::unix::net::{SocketAddr, UnixDatagram};
 use std::sync::{Arc, Mutex};
 use std::thread;
 
@@ -13,14 +15,28 @@ use crate::robot::{PROCESSES, Robot, leo, signal, wait_until};
 
 /// A fake service manager.
 struct Manager {
-    folder: TempDir,
+    address: OsString,
+    /// Of a socket with a path.
+    _folder: Option<TempDir>,
     heard: Arc<Mutex<Vec<String>>>,
 }
 
 impl Manager {
     fn listens() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        let socket = UnixDatagram::bind(folder.path().join("notify")).expect("binds");
+        let path = folder.path().join("notify");
+        Self { _folder: Some(folder), ..Self::over(&UnixDatagram::bind(&path).expect("binds"), path.into()) }
+    }
+
+    /// In the abstract namespace.
+    fn listens_abstractly() -> Self {
+        let name = format!("leo-service-manager-{}", std::process::id());
+        let address = SocketAddr::from_abstract_name(&name).expect("a name");
+        Self::over(&UnixDatagram::bind_addr(&address).expect("binds"), format!("@{name}").into())
+    }
+
+    fn over(socket: &UnixDatagram, address: OsString) -> Self {
+        let socket = socket.try_clone().expect("a descriptor");
         let heard = Arc::new(Mutex::new(Vec::new()));
         let writer = Arc::clone(&heard);
         thread::spawn(move || {
@@ -30,7 +46,7 @@ impl Manager {
                 writer.lock().expect("nobody panics with it").extend(words.lines().map(str::to_owned));
             }
         });
-        Self { folder, heard }
+        Self { address, _folder: None, heard }
     }
 
     fn heard(&self) -> Vec<String> {
@@ -44,7 +60,7 @@ impl Manager {
     /// Starts a robot that reports to this socket.
     fn starts(&self, name: &str, changes: &[(&str, &str)]) -> Robot {
         let mut command = leo(&[]);
-        command.env("NOTIFY_SOCKET", self.folder.path().join("notify"));
+        command.env("NOTIFY_SOCKET", &self.address);
         Robot::by(command, name, changes, &[])
     }
 }
@@ -55,8 +71,16 @@ fn running(robot: &Robot) -> usize {
 
 #[test]
 fn the_service_manager_is_notified_of_ready_watchdog_and_stopping() {
-    let manager = Manager::listens();
-    let robot = manager.starts("notify", &[]);
+    is_notified(&Manager::listens(), "notify");
+}
+
+#[test]
+fn a_service_manager_at_an_abstract_socket_is_notified_like_one_at_a_path() {
+    is_notified(&Manager::listens_abstractly(), "notify-abstract");
+}
+
+fn is_notified(manager: &Manager, name: &str) {
+    let robot = manager.starts(name, &[]);
     assert!(wait_until(|| manager.count("READY=1") > 0), "{:?}\n{}", manager.heard(), robot.said());
     assert_eq!(running(&robot), PROCESSES.len(), "ready before all are\n{}", robot.said());
     let heard = manager.heard();

@@ -182,8 +182,9 @@ struct Narration {
 }
 
 impl Narration {
-    fn tell(&mut self, frame: &Frame) {
-        let Some((narrator, transcript)) = &mut self.narrator else { return };
+    /// Returns whether what is printed has a reader.
+    fn tell(&mut self, frame: &Frame) -> bool {
+        let Some((narrator, transcript)) = &mut self.narrator else { return true };
         let mut lines: Vec<Line> = Vec::new();
         if frame.topic == TopicId::Utterances
             && let Some((_, said)) = frame.read::<Utterances>()
@@ -193,9 +194,6 @@ impl Narration {
             lines.extend(events.iter().filter_map(|event| narrator.event(frame.at_ns, event)));
         }
         let text: String = lines.iter().map(|line| transcript.text(line)).collect();
-        if output::print(&text).is_err() {
-            // The replay continues without a reader.
-            self.narrator = None;
-        }
+        output::print(&text).is_ok()
     }
 }

@@ -2,6 +2,7 @@
 
 pub(crate) mod draw;
 mod histogram;
+pub(crate) mod keys;
 mod rows;
 pub(crate) mod screen;
 mod table;

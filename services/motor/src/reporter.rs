@@ -12,9 +12,12 @@ use crate::{JointFault, Motor, MotorCounters, Notice};
 const EVERY: Duration = Duration::from_millis(100);
 /// Minimum time between two messages about refused or clamped goals.
 const GOALS_EVERY: Duration = Duration::from_secs(10);
+/// Minimum time between two messages about a starved mock bus.
+const STARVED_EVERY: Duration = Duration::from_secs(60);
 
 /// Logs which joints have a fault, once each, and the end of an emergency stop. If a whole bus is silent or lost, the
-/// message names the bus, because its servos have hardly all failed at once.
+/// message names the bus, because its servos have hardly all failed at once. Simulated servos without injected faults are
+/// silent for one reason only, which is logged once for all of them: their process got no processor time.
 #[derive(Default)]
 pub(crate) struct Reporter {
     names: Vec<String>,
@@ -32,6 +35,9 @@ pub(crate) struct Reporter {
     next_update_at: Instant,
     /// Whether all servos are simulated.
     is_simulated: bool,
+    /// Whether each bus is a mock bus without injected faults.
+    is_faultless_mock: Vec<bool>,
+    tell_starved_at: Instant,
 }
 
 /// Last state of a joint, whether it still has to be logged, and the fault that was logged.
@@ -43,16 +49,34 @@ struct Known {
     bus: usize,
 }
 
+impl Known {
+    /// Whether its servo did not answer in time, or got no instruction in time.
+    fn has_missed_exchanges(&self) -> bool {
+        matches!(
+            self.state,
+            Some((JointMode::Quarantined, JointCause::Silent) | (JointMode::Starting, JointCause::Watchdog))
+        )
+    }
+}
+
 impl Reporter {
-    pub(crate) fn new(robot: &Robot) -> Self {
+    /// `has_campaign`: whether a fault campaign injects faults into the mock buses.
+    pub(crate) fn new(robot: &Robot, has_campaign: bool) -> Self {
         let (joints, buses) = (&robot.motor.joints, &robot.motor.buses);
+        let is_faultless = !has_campaign && robot.leo.mock_bus.faults.is_empty();
         Self {
             names: joints.iter().map(|joint| joint.name.clone()).collect(),
             buses: buses.iter().map(|bus| bus.name.clone()).collect(),
             known: joints.iter().map(|joint| Known { bus: joint.bus, ..Known::default() }).collect(),
             is_simulated: buses.iter().all(|bus| bus.device == Device::Mock),
+            is_faultless_mock: buses.iter().map(|bus| is_faultless && bus.device == Device::Mock).collect(),
             ..Self::default()
         }
+    }
+
+    /// Whether every bus is a mock bus without injected faults, so that a late answer is due to this machine alone.
+    pub(crate) fn has_faultless_mocks_only(&self) -> bool {
+        self.is_faultless_mock.iter().all(|is_faultless_mock| *is_faultless_mock)
     }
 
     pub(crate) fn update(&mut self, motor: &mut Motor, now: Instant) {
@@ -81,7 +105,8 @@ impl Reporter {
         if !motor.is_stopped() {
             self.tell_disarmed(motor);
         }
-        self.tell_joints(motor.states(), |index| motor.trouble(index), |line| tracing::warn!("{line}"));
+        let trouble = |index| motor.trouble(index);
+        self.tell_joints(motor.states(), now, trouble, |line| tracing::warn!("{line}"));
         let follow = |known: &&Known| matches!(known.state, Some((JointMode::Following, _)));
         let following = self.known.iter().filter(follow).count();
         let all_follow = following == self.names.len();
@@ -134,6 +159,7 @@ impl Reporter {
     fn tell_joints(
         &mut self,
         states: impl Iterator<Item = JointState>,
+        now: Instant,
         trouble: impl Fn(usize) -> Option<JointFault>,
         mut tell: impl FnMut(fmt::Arguments<'_>),
     ) {
@@ -141,6 +167,14 @@ impl Reporter {
             if let (Some(mode), Some(cause)) = (state.mode(), state.cause()) {
                 known.is_new = known.state.replace((mode, cause)) != Some((mode, cause));
             }
+        }
+        let starved = self.take_starved(&trouble);
+        if starved > 0 && now >= self.tell_starved_at {
+            self.tell_starved_at = now + STARVED_EVERY;
+            tell(format_args!(
+                "the mock bus was starved of processor time: {starved} simulated servos missed their exchanges, and \
+                 their joints hold meanwhile. Real-time rights prevent it: see `leo check`"
+            ));
         }
         for (number, bus) in self.buses.iter().enumerate() {
             let all = || self.known.iter().filter(|known| known.bus == number);
@@ -175,11 +209,26 @@ impl Reporter {
         }
     }
 
+    /// Number of joints whose simulated servos have newly missed exchanges for lack of processor time. They are not
+    /// logged one by one.
+    fn take_starved(&mut self, trouble: impl Fn(usize) -> Option<JointFault>) -> usize {
+        let mut starved = 0;
+        for (index, known) in self.known.iter_mut().enumerate() {
+            let is_faultless_mock = self.is_faultless_mock.get(known.bus) == Some(&true);
+            if is_faultless_mock && known.is_new && known.has_missed_exchanges() && trouble(index).is_none() {
+                known.is_new = false;
+                known.trouble = None;
+                starved += 1;
+            }
+        }
+        starved
+    }
+
     /// Logs once that torque is off after an emergency stop. Returns whether there is an emergency stop.
     fn tell_emergency(&mut self, motor: &Motor) -> bool {
         let is_emergency = motor.letting_go() == Some(JointCause::Emergency);
         if self.is_newly_limp(is_emergency, motor.unconfirmed()) {
-            tracing::warn!("all {} servos say that their torque is off", self.names.len());
+            tracing::info!("all {} servos say that their torque is off", self.names.len());
         }
         self.all_follow &= !is_emergency;
         is_emergency
@@ -244,7 +293,7 @@ mod tests {
 
     #[test]
     fn torque_off_is_logged_once_in_an_emergency() {
-        let mut reporter = Reporter::new(&Robot::load(None).unwrap());
+        let mut reporter = Reporter::new(&Robot::load(None).unwrap(), true);
         let steps =
             [(false, 65), (true, 65), (true, 0), (true, 1), (true, 0), (false, 65), (true, 2), (true, 0)];
         let told = steps.map(|(is_emergency, unconfirmed)| reporter.is_newly_limp(is_emergency, unconfirmed));
@@ -260,11 +309,16 @@ mod tests {
 
     #[test]
     fn a_fault_is_logged_once_and_not_again_at_torque_off() {
-        let mut reporter = Reporter::new(&Robot::load(None).unwrap());
+        let mut reporter = Reporter::new(&Robot::load(None).unwrap(), true);
         let mut told = 0;
         let mut update = |mode, trouble: Option<JointFault>| {
             let state = std::iter::once(JointState::unread(0, mode, JointCause::DuplicateId));
-            reporter.tell_joints(state, |index| trouble.filter(|_| index == 0), |_| told += 1);
+            reporter.tell_joints(
+                state,
+                Instant::EPOCH,
+                |index| trouble.filter(|_| index == 0),
+                |_| told += 1,
+            );
         };
         update(JointMode::Following, None);
         update(JointMode::Releasing, Some(JointFault::Duplicate(7)));
@@ -278,7 +332,7 @@ mod tests {
     #[test]
     fn a_lost_bus_is_logged_once_and_a_single_servo_by_name() {
         let robot = Robot::load(None).unwrap();
-        let mut reporter = Reporter::new(&robot);
+        let mut reporter = Reporter::new(&robot, true);
         let bus_of = |index: usize| robot.motor.joints[index].bus;
         let mut update = |is_away: &dyn Fn(usize) -> Option<JointCause>| {
             let state = |index| match is_away(index) {
@@ -287,7 +341,7 @@ mod tests {
             };
             let mut told = Vec::new();
             let states = (0..robot.motor.joints.len()).map(state);
-            reporter.tell_joints(states, |_| None, |line| told.push(line.to_string()));
+            reporter.tell_joints(states, Instant::EPOCH, |_| None, |line| told.push(line.to_string()));
             told
         };
         let silent = |is_away: bool| is_away.then_some(JointCause::Silent);
@@ -304,5 +358,45 @@ mod tests {
         // All but one are back.
         assert!(update(&|index| (index == 0).then_some(JointCause::BusLost)).is_empty());
         assert!(update(&|_| None).is_empty());
+    }
+    #[test]
+    fn a_starved_mock_bus_is_logged_once_for_all_its_servos() {
+        let robot = Robot::load(None).unwrap();
+        let on_hardware = robot.motor.joints[0].bus;
+        let mut hardware = robot.clone();
+        hardware.motor.buses[on_hardware].device = Device::Tty("/dev/ttyUSB0".into());
+        let silent = (JointMode::Quarantined, JointCause::Silent);
+        let (tripped, fine) =
+            ((JointMode::Starting, JointCause::Watchdog), (JointMode::Following, JointCause::None));
+        let told = |robot: &Robot, has_campaign| {
+            let mut reporter = Reporter::new(robot, has_campaign);
+            let mut told = Vec::new();
+            // Twenty joints at two times, all back between, and one after a while.
+            for (second, joints, state) in
+                [(0, 10, silent), (1, 20, silent), (2, 0, fine), (3, 20, tripped), (61, 1, silent)]
+            {
+                let states = (0..robot.motor.joints.len()).map(|index| {
+                    let (mode, cause) = if index < joints { state } else { fine };
+                    JointState::unread(0, mode, cause)
+                });
+                let now = Instant::EPOCH + Duration::from_secs(second);
+                reporter.tell_joints(states, now, |_| None, |line| told.push(line.to_string()));
+            }
+            told
+        };
+        let starved = told(&robot, false);
+        assert!(
+            starved.len() == 2 && starved[0].contains("starved") && starved[0].contains("10 "),
+            "{starved:?}"
+        );
+        // Injected faults, and real servos, are logged by their names as ever.
+        let injected = told(&robot, true);
+        assert!(injected.len() > 20 && !injected.iter().any(|line| line.contains("starved")), "{injected:?}");
+        let mixed = told(&hardware, false);
+        let name = &robot.motor.joints[0].name;
+        let by_name = mixed.iter().any(|line| line.starts_with(&format!("{name} is quarantined")))
+            || mixed.iter().any(|line| line.contains("none of its servos answers"));
+        assert!(by_name && mixed.iter().any(|line| line.contains("starved")), "{mixed:?}");
+        insta::assert_snapshot!(starved[0]);
     }
 }

@@ -1,6 +1,6 @@
 //! Groups joints by arming state and cause, and describes the causes and their remedies.
 
-use crate::{JointArming, JointCause, JointLink, JointState};
+use crate::{JointArming, JointCause, JointLink, JointPower, JointState};
 
 /// Joints with the same arming state and cause.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -165,15 +165,26 @@ impl JointCause {
 
 impl JointState {
     /// Whether the operator should check the joint: it is locked, its servo does not reply correctly, or its mode is
-    /// not normal. A joint that only waits for arming is fine.
+    /// not normal. A joint that only waits for arming is fine, and so is one that [is stopped](Self::is_stopped).
     #[must_use]
     pub fn is_in_trouble(&self) -> bool {
         let is_waiting = matches!(self.cause(), Some(JointCause::None | JointCause::NotStarted));
-        let is_failing = self.machines().is_none_or(|machines| {
+        !(is_waiting || self.is_stopped()) || self.is_failing()
+    }
+
+    /// Whether the end of the run or an emergency stop took the joint's torque, and its servo has confirmed that.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        let is_off = self.machines().is_some_and(|machines| machines.power == JointPower::Off);
+        let is_ordered = matches!(self.cause(), Some(JointCause::Stopped | JointCause::Emergency));
+        is_ordered && is_off && !self.is_failing()
+    }
+
+    fn is_failing(&self) -> bool {
+        self.machines().is_none_or(|machines| {
             machines.arming == JointArming::Locked
                 || matches!(machines.link, JointLink::Silent | JointLink::Corrupt)
-        });
-        !is_waiting || is_failing
+        })
     }
 
     /// Age of its servo's last reading in seconds; `None` if it was never read.
@@ -189,7 +200,7 @@ impl JointState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{JointMachines, JointMode, JointMotion, JointPower};
+    use crate::{JointMachines, JointMode, JointMotion};
 
     fn joint(index: u32, arming: JointArming, arming_cause: JointCause) -> JointState {
         JointState::unread(index, JointMode::Limp, JointCause::NotStarted).with_machines(JointMachines {
@@ -233,6 +244,32 @@ mod tests {
         assert!(joint(0, JointArming::Locked, JointCause::Blocked).is_in_trouble());
         let silent = JointState::unread(0, JointMode::Quarantined, JointCause::Silent);
         assert!(silent.is_in_trouble());
+    }
+
+    #[test]
+    fn a_joint_that_was_stopped_is_in_trouble_until_its_torque_is_off() {
+        let stopped = |cause, power, link, arming| {
+            JointState::unread(0, JointMode::Limp, cause).with_machines(JointMachines {
+                link,
+                power,
+                arming,
+                arming_cause: JointCause::Emergency,
+                motion: JointMotion::Idle,
+            })
+        };
+        let (answering, disarmed) = (JointLink::Answering, JointArming::Disarmed);
+        for cause in [JointCause::Stopped, JointCause::Emergency] {
+            let off = stopped(cause, JointPower::Off, answering, disarmed);
+            assert!(off.is_stopped() && !off.is_in_trouble(), "{cause:?}");
+            for not_off in [
+                stopped(cause, JointPower::SwitchingOff, answering, disarmed),
+                stopped(cause, JointPower::Off, JointLink::Silent, disarmed),
+                stopped(cause, JointPower::Off, answering, JointArming::Locked),
+            ] {
+                assert!(!not_off.is_stopped() && not_off.is_in_trouble(), "{not_off:?}");
+            }
+        }
+        assert!(!stopped(JointCause::Blocked, JointPower::Off, answering, disarmed).is_stopped());
     }
 
     #[test]

@@ -26,8 +26,8 @@ pub enum Fault {
     /// Data limit error: a value exceeds a limit set in the control table.
     #[error("a value is beyond a limit set in the control table")]
     Limit,
-    /// Access error: the item may not be read or written, or not in this state.
-    #[error("the item may not be read or written, or not while torque is on")]
+    /// Access error: the item may not be read or written, or not in this state. Torque is refused after an alert.
+    #[error("the item may not be read or written, or not while torque is on, or not during a hardware alert")]
     Access,
     /// An error number that the protocol does not define.
     #[error("the servo reports error {0}, which the protocol does not know")]

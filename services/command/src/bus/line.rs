@@ -139,7 +139,7 @@ impl Line {
 
     /// The error for an instruction that a servo refused, with the hardware alert that may be its cause.
     fn refusal(&mut self, id: u8, fault: Fault, alert: bool) -> CommandError {
-        let alert_error = self.alert(id).ok().flatten().filter(|_| alert);
+        let alert_error = if alert { self.alert(id).ok().flatten() } else { None };
         CommandError::runtime(match alert_error {
             Some(errors) => format!("{fault}; {}", clears(id, errors)),
             None => format!("id {id}: {fault}"),

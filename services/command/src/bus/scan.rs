@@ -50,7 +50,10 @@ impl Report {
         let mut line = bus.open()?;
         let found = line.scan()?;
         if found.is_empty() {
-            self.say(&format!("{bus}: no servo answers at {} baud", bus.baud));
+            self.say(&format!(
+                "{bus}: no servo answers at {} baud; the other speeds of servos are tried",
+                bus.baud
+            ));
             self.lacks = true;
         } else {
             self.say(&format!("{bus} at {} baud: {} servos", bus.baud, found.len()));
@@ -63,8 +66,11 @@ impl Report {
         }
         // A serial port cannot be open twice.
         drop(line);
-        if all_speeds || found.is_empty() {
-            self.try_other_speeds(bus)?;
+        let is_heard = (all_speeds || found.is_empty()) && self.try_other_speeds(bus)?;
+        if found.is_empty() && !is_heard {
+            self.say(
+                "  no servo answers at any speed: check its power and cable, and the direction control of the adapter",
+            );
         }
         for joint in bus.joints.iter().filter(|joint| !found.iter().any(|servo| servo.id == joint.id)) {
             self.lacks = true;
@@ -91,19 +97,27 @@ impl Report {
         };
         let (id, name, firmware) = (servo.id, model_name(servo.model), servo.firmware);
         self.say(format!("  id {id:>3}  {name:<11} firmware {firmware:<3} {note}").trim_end());
-        let alert = if servo.alert { line.alert(id)? } else { None };
-        if let Some(errors) = alert {
-            self.say(&format!("  {}", clears(id, errors)));
-        }
+        let alert = self.alert(line, servo)?;
         self.rows.push(serde_json::json!({
             "bus": bus.name, "id": id, "model": servo.model, "firmware": firmware, "baud": bus.baud,
-            "joint": joint.map(|joint| &joint.name), "alert": alert.map(|errors| errors.to_string()),
+            "joint": joint.map(|joint| &joint.name), "alert": alert,
+            "echo": line.echoes(),
         }));
         Ok(())
     }
 
-    /// Scans at the speeds that are not the bus's.
-    fn try_other_speeds(&mut self, bus: &BusAddress<'_>) -> Result<(), CommandError> {
+    /// The hardware alert of a servo, which is told.
+    fn alert(&mut self, line: &mut Line, servo: &FoundServo) -> Result<Option<String>, CommandError> {
+        let alert = if servo.alert { line.alert(servo.id)? } else { None };
+        Ok(alert.map(|errors| {
+            self.say(&format!("  {}", clears(servo.id, errors)));
+            errors.to_string()
+        }))
+    }
+
+    /// Scans at the speeds that are not the bus's. Returns whether a servo answers at one of them.
+    fn try_other_speeds(&mut self, bus: &BusAddress<'_>) -> Result<bool, CommandError> {
+        let mut is_heard = false;
         for baud in SPEEDS.into_iter().filter(|baud| *baud != bus.baud) {
             // If the adapter does not support a speed, nothing is known about servos at it.
             let Ok(mut line) = bus.at(baud).open() else {
@@ -114,6 +128,7 @@ impl Report {
             if found.is_empty() {
                 continue;
             }
+            is_heard = true;
             let servos: Vec<_> = found.iter().map(|servo| called(bus, servo)).collect();
             let count = quantity::number::counted(u32::try_from(servos.len()).unwrap_or(u32::MAX), "servo");
             let answer = if servos.len() == 1 { "answers" } else { "answer" };
@@ -122,14 +137,15 @@ impl Report {
                 "  `leo bus set-baud --baud {baud} --id N --to {}` gives a servo the speed of the bus",
                 bus.baud
             ));
-            self.rows.extend(found.iter().map(|servo| {
-                serde_json::json!({
+            for servo in &found {
+                let alert = self.alert(&mut line, servo)?;
+                self.rows.push(serde_json::json!({
                     "bus": bus.name, "id": servo.id, "model": servo.model, "firmware": servo.firmware, "baud": baud,
-                    "joint": bus.joint(servo.id).map(|joint| &joint.name),
-                })
-            }));
+                    "joint": bus.joint(servo.id).map(|joint| &joint.name), "alert": alert, "echo": line.echoes(),
+                }));
+            }
         }
-        Ok(())
+        Ok(is_heard)
     }
 }
 

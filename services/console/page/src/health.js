@@ -8,7 +8,7 @@ export class Health {
   /** @param {import('./store.js').Store} store */
   constructor(store) {
     this.#store = store;
-    store.on(['process/', 'joint-trouble'], () => this.#update());
+    store.on(['process/', 'joint-trouble', 'joints-stopped'], () => this.#update());
     this.#details.addEventListener('toggle', () => this.#update());
   }
 
@@ -16,7 +16,7 @@ export class Health {
     const processes = this.#store.under('process/').map(([, process]) => process);
     const buses = processes.flatMap((process) => process.buses ?? []);
     const trouble = this.#store.get('joint-trouble') ?? [];
-    const { words, bad } = summary(processes, buses, trouble);
+    const { words, bad } = summary(processes, buses, trouble, this.#store.get('joints-stopped'));
     write(find('health-summary'), words);
     this.#details.classList.toggle('bad', bad);
     if (!this.#details.open) return;
@@ -32,19 +32,24 @@ export class Health {
 }
 
 /**
- * The health as one line, and whether anything is wrong. Pure.
+ * The health as one line, and whether anything is wrong. After the end of the run, processes that do not run are right.
+ * Pure.
  * @param {any[]} processes
  * @param {any[]} buses
  * @param {any[]} trouble joints in trouble
+ * @param {{ended: number, emergency: number}} [stopped] joints whose torque is off since the end or an emergency stop
  */
-export function summary(processes, buses, trouble) {
+export function summary(processes, buses, trouble, stopped = { ended: 0, emergency: 0 }) {
   const dead = processes.filter((process) => process.state !== 'running').length;
   const lost = buses.filter((bus) => bus.lost).length;
   const parts = [`${processes.length} processes${dead === 0 ? '' : `, ${dead} not running`}`];
   const plural = buses.length === 1 ? 'bus' : 'buses';
   if (buses.length > 0) parts.push(`${buses.length} ${plural}${lost === 0 ? '' : `, ${lost} LOST`}`);
   if (trouble.length > 0) parts.push(`${trouble.length} joints in trouble`);
-  return { words: parts.join(' · '), bad: dead + lost + trouble.length > 0 };
+  const { ended, emergency } = stopped;
+  if (ended > 0) parts.push(`the robot was stopped, torque of ${ended} joints is off`);
+  if (emergency > 0) parts.push(`emergency stop, torque of ${emergency} joints is off`);
+  return { words: parts.join(' · '), bad: (ended > 0 ? 0 : dead) + lost + trouble.length > 0 };
 }
 
 /**

@@ -274,6 +274,7 @@ export class Fake {
       now: { t: Math.round(this.t * 10) / 10 },
       joints: (this.joints ?? []).map((name) => this.angle(name)),
       'joint-trouble': [],
+      'joints-stopped': { ended: 0, emergency: 0 },
       arming: this.summary(),
       recording: this.recording,
     };

@@ -20,6 +20,16 @@ test('where all is well nothing is said of trouble', () => {
   assert.deepEqual(summary([{ ...RUNS, state: 'dead' }], [], [{}]), { words: '1 processes, 1 not running · 1 joints in trouble', bad: true });
 });
 
+test('after the end the page says that the robot was stopped, and that is no trouble', () => {
+  const ended = { ...RUNS, state: 'ended' };
+  assert.deepEqual(summary([ended], [BUS], [], { ended: 65, emergency: 0 }), {
+    words: '1 processes, 1 not running · 1 bus · the robot was stopped, torque of 65 joints is off', bad: false });
+  assert.deepEqual(summary([RUNS], [BUS], [], { ended: 0, emergency: 65 }), {
+    words: '1 processes · 1 bus · emergency stop, torque of 65 joints is off', bad: false });
+  assert.deepEqual(summary([RUNS], [BUS], [{}], { ended: 64, emergency: 0 }), {
+    words: '1 processes · 1 bus · 1 joints in trouble · the robot was stopped, torque of 64 joints is off', bad: true });
+});
+
 test('a joint in trouble shows the states of its machines and why it is locked', () => {
   const joint = { joint: 'elbow', mode: 'limp', cause: 'blocked', link: 'answering', power: 'off', arming: 'locked', arming_cause: 'blocked', motion: 'idle' };
   assert.equal(troubleWords(joint), 'elbow: limp, blocked (link answering, power off, locked: blocked, idle)');

@@ -95,7 +95,8 @@ impl fmt::Display for Mismatch {
 
 /// Replays a recording in lockstep time, and compares the output of the belief process and the learner with the
 /// recorded output. The comparison requires a recording in lockstep time. `tell` receives every utterance and event
-/// in the order of their time stamps.
+/// in the order of their time stamps, and returns whether they are still read. A replay that is neither read nor
+/// recorded ends.
 ///
 /// # Errors
 ///
@@ -103,7 +104,7 @@ impl fmt::Display for Mismatch {
 pub fn replay<R: Read>(
     replaying: &ReplayOptions,
     reader: &mut Reader<R>,
-    tell: impl FnMut(&Frame),
+    tell: impl FnMut(&Frame) -> bool,
 ) -> Result<ReplayReport, LockstepError> {
     let partners = reader.about().map_or(replaying.settings.belief.partners, |about| about.partners);
     let play = || play(replaying, reader, partners, tell);
@@ -114,7 +115,7 @@ fn play<R: Read>(
     replaying: &ReplayOptions,
     reader: &mut Reader<R>,
     partners: u32,
-    tell: impl FnMut(&Frame),
+    tell: impl FnMut(&Frame) -> bool,
 ) -> Result<ReplayReport, LockstepError> {
     let settings = &replaying.settings;
     let (node, mut conductor, mut lockstep_processes) =
@@ -130,6 +131,7 @@ fn play<R: Read>(
         ports,
         replaying,
         tell,
+        is_unwatched: false,
         played: ReplayReport { incomparable: incomparable(reader), ..ReplayReport::default() },
         began_ns: None,
         paced_from: None,
@@ -204,6 +206,8 @@ struct ReplayRun<'a, F> {
     ports: ReplayPorts,
     replaying: &'a ReplayOptions,
     tell: F,
+    /// Whether what is told can no longer be written.
+    is_unwatched: bool,
     played: ReplayReport,
     began_ns: Option<u64>,
     /// Start of the paced part: clock time and simulated time.
@@ -211,7 +215,7 @@ struct ReplayRun<'a, F> {
     tape: Option<RecordingFile>,
 }
 
-impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
+impl<F: FnMut(&Frame) -> bool> ReplayRun<'_, F> {
     fn play<R: Read>(&mut self, reader: &mut Reader<R>) -> Result<(), LockstepError> {
         for frame in reader {
             let frame = frame?;
@@ -233,11 +237,16 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
             } else if frame.topic == TopicId::JointStates {
                 self.ports.joints = Some(frame);
             }
-            if self.played.wrong.is_some() {
+            if self.played.wrong.is_some() || self.has_no_user() {
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Whether the replay is neither watched any more nor recorded.
+    fn has_no_user(&self) -> bool {
+        self.is_unwatched && self.tape.is_none()
     }
 
     fn since_begin(&mut self, frame: &Frame) -> Duration {
@@ -255,7 +264,7 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
 
     fn say(&mut self, frame: &Frame) {
         if self.counts(frame) {
-            (self.tell)(frame);
+            self.is_unwatched |= !(self.tell)(frame);
         }
     }
 

@@ -1,33 +1,38 @@
 //! The live view: redraws the screen every second and after every key.
 
 use std::io;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use ratatui::DefaultTerminal;
-use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
+use process::{Terminal, TerminalEvent};
+use ratatui::backend::CrosstermBackend;
 
 use super::Top;
 use crate::view::draw::draw;
-use crate::view::screen::{ESCAPE, Screen};
+use crate::view::keys::Keys;
+use crate::view::screen::Screen;
 
-/// Polling interval.
+/// Polling interval of the counters.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
+/// Interval of attempts to draw while the terminal has not taken the previous frame.
+const BUSY_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Shows the live table until the user quits or the terminal closes. Restores the terminal afterwards.
+/// Shows the live table until the user quits, a signal ends it, or the terminal is gone. Restores the terminal
+/// afterwards.
 pub(super) fn show(top: &mut Top) -> io::Result<()> {
-    let stop = process::stop_flag().map_err(io::Error::other)?;
-    let mut terminal = ratatui::try_init()?;
-    let outcome = watch(top, &mut terminal, &stop);
-    let restored = ratatui::try_restore();
-    // After a hang-up the terminal accepts no output, so errors do not matter.
-    if stop.load(Ordering::Relaxed) { Ok(()) } else { outcome.and(restored) }
+    let mut terminal = Terminal::open()?;
+    let outcome = watch(top, &mut terminal);
+    // A terminal that is gone has no size and takes no output: that is no error.
+    let has_ended = terminal.wait(Duration::ZERO, &mut Vec::new())? == TerminalEvent::End;
+    if has_ended { Ok(()) } else { outcome }
 }
 
-fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io::Result<()> {
+fn watch(top: &mut Top, terminal: &mut Terminal) -> io::Result<()> {
+    let output = terminal.output();
+    let mut frames = ratatui::Terminal::new(CrosstermBackend::new(terminal.output()))?;
     let mut screen = Screen::default();
+    let (mut keys, mut bytes) = (Keys::default(), Vec::new());
     let mut next = clock::now();
-    while !stop.load(Ordering::Relaxed) {
+    loop {
         let now = clock::now();
         if now >= next {
             let (readings, rows) = top.look();
@@ -36,29 +41,22 @@ fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io
             // Skip missed seconds instead of catching up.
             next = (next + POLL_INTERVAL).max(now);
         }
-        terminal.draw(|frame| draw(frame, &screen))?;
-        if event::poll(next.since(clock::now()))?
-            && let Event::Key(event) = event::read()?
-            && let Some(key) = key(event)
-            && !screen.press(key)
-        {
-            return Ok(());
+        let is_busy = output.is_busy();
+        if !is_busy {
+            frames.draw(|frame| draw(frame, &screen))?;
         }
-    }
-    Ok(())
-}
-
-/// A key as a character.
-fn key(event: KeyEvent) -> Option<char> {
-    #[expect(clippy::wildcard_enum_match_arm, reason = "other keys have no function")]
-    match event.code {
-        _ if event.is_release() => None,
-        KeyCode::Char('c') if event.modifiers.contains(KeyModifiers::CONTROL) => Some('q'),
-        KeyCode::Char(key) => Some(key),
-        KeyCode::Enter => Some('h'),
-        KeyCode::Esc => Some(ESCAPE),
-        KeyCode::Up => Some('↑'),
-        KeyCode::Down => Some('↓'),
-        _ => None,
+        let rest = next.since(clock::now());
+        bytes.clear();
+        match terminal.wait(if is_busy { rest.min(BUSY_INTERVAL) } else { rest }, &mut bytes)? {
+            TerminalEvent::End => return Ok(()),
+            TerminalEvent::Redraw => {}
+            TerminalEvent::Keys => {
+                for key in keys.decode(&bytes) {
+                    if !screen.press(key) {
+                        return Ok(());
+                    }
+                }
+            }
+        }
     }
 }
