@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds the Debian package: package/build.sh [--quick]. Prints the path of the package as its last line.
-# Needs a Rust toolchain; installs cargo-deb if it is missing. --quick packs an unoptimised program.
+# Needs a Rust toolchain and a C compiler; installs cargo-deb if it is missing. --quick packs an unoptimised program.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

@@ -225,9 +225,9 @@ fn the_text_report_has_a_timeline_and_the_final_beliefs() {
     let at = |time: &str| output.out.lines().filter(|line| line.starts_with(time)).collect::<Vec<_>>();
     // The robot sees the move and the button at once, the partner when they look again.
     for (time, agent, what) in [
-        ("[   2.20 s]", "partner 1", "position"),
+        ("[   2.20 s]", "the teacher", "position"),
         ("[   3.60 s]", "Leo", "(0.60, 0.29, 0.03)"),
-        ("[   4.40 s]", "partner 1", "2: on"),
+        ("[   4.40 s]", "the teacher", "2: on"),
     ] {
         let is_told = at(time).iter().any(|line| line.contains(agent) && line.ends_with(what));
         assert!(is_told, "{time} {agent} {what} is not in\n{}", output.out);
@@ -325,6 +325,45 @@ fn two_sources_observe_one_object_each_in_its_own_time() {
 }
 
 #[test]
+fn a_trace_of_which_nothing_could_be_used_is_an_error() {
+    let nothing = r#"{"position_m": [0.6, null, 0.03]}"#;
+    let trace = format!("{HEADER}\n{{\"at_ns\": 5, \"observations\": [{nothing}, {nothing}]}}\n");
+    for arguments in [&[][..], &["--json"]] {
+        let output = believe(arguments, &trace);
+        assert_eq!((output.status, output.err.lines().count()), (Some(1), 1), "{output:?}");
+        for fact in ["standard input", "2 observations were refused", "`position_m`", "line 2"] {
+            assert!(output.err.contains(fact), "{fact} is not in {output:?}");
+        }
+        assert!(!output.out.is_empty(), "the report is printed all the same");
+    }
+}
+
+#[test]
+fn times_that_are_no_nanoseconds_are_warned_of() {
+    let frames = |per_second: f64| {
+        let frame = |index: u32| {
+            let at = (f64::from(index) * 0.05 * per_second).round();
+            format!("{{\"at_ns\": {at}, \"observations\": [{{\"position_m\": [0.6, 0.1, 0.03]}}]}}\n")
+        };
+        format!("{HEADER}\n{}", (0..40).map(frame).collect::<String>())
+    };
+    for (per_second, unit) in [(1e3, "in milliseconds?"), (1e6, "in microseconds?")] {
+        let output = believe(&[], frames(per_second));
+        assert!(output.status == Some(0) && output.err.contains(unit), "{output:?}");
+    }
+    assert_eq!(believe(&[], frames(1e9)).err, "");
+}
+
+#[test]
+fn partners_have_their_configured_names() {
+    let set = ["--set", "belief.names=[\"Ann\"]"];
+    let output = run_leo(&[&["believe", MOVED], &set[..]].concat());
+    assert!(output.out.contains("Ann believes in") && !output.out.contains("partner 1"), "{output:?}");
+    let learned = run_leo(&[&["learn", "config/examples/squares.jsonl"], &set[..]].concat());
+    assert!(learned.out.contains("Ann") && !learned.out.contains("partner 1"), "{learned:?}");
+}
+
+#[test]
 fn an_empty_trace_is_not_an_error() {
     let output = believe(&[], HEADER);
     assert_eq!(
@@ -345,10 +384,12 @@ fn refused_and_overflowed_observations_are_reported_at_the_end() {
         block.replace("0.1", "null")
     );
     let output = believe(&[], &trace);
-    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    assert_eq!((output.status, output.err.lines().count()), (Some(0), 2), "{output:?}");
+    assert!(output.err.contains("cut short"), "{output:?}");
+    assert!(output.err.contains("2 of 72 observations were refused"), "{output:?}");
     for fact in [
-        ("1 observations refused", "`position_m`", "line 2)"),
-        ("1 observations refused", "`at_ns`", "line 3)"),
+        ("1 observation refused", "`position_m`", "line 2)"),
+        ("1 observation refused", "`at_ns`", "line 3)"),
         ("6 observations", "buffers.max_objects", ""),
     ] {
         let (count, key, place) = fact;

@@ -101,7 +101,7 @@ fn every_run_of_learn_prints_the_same_text() {
     let [one, same]: [CommandOutput; 2] =
         [(); 2].map(|()| run_leo(&["learn", SQUARES, "--language", "extended"]));
     assert_eq!((one.status, &one.out), (Some(0), &same.out), "{one:?}");
-    for rule in ["all but blue filled", "four of them filled", "partner 1: all filled"] {
+    for rule in ["all but blue filled", "four of them filled", "the teacher: all filled"] {
         assert!(one.out.contains(rule), "{rule} is not in {}", one.out);
     }
     insta::assert_snapshot!(one.out);

@@ -5,6 +5,7 @@ mod acts;
 mod believe;
 mod budgets;
 mod check;
+mod configuration;
 mod conflict;
 mod emergency;
 mod figure_4;
@@ -134,7 +135,7 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         ("max_objects = 64 ", "max_objects = ", "expected"),
         ("listen = []", "listen = [\"tcp/0.0.0.0:7447\"]", "is no endpoint"),
         ("side = \"off\"", "side = \"robot\"", "needs `listen` or `connect`"),
-        ("remote_processes = [", "remote_processes = [\"motor\", ", "unknown variant `motor`"),
+        ("remote_processes = [", "remote_processes = [\"motor\", ", "unknown value `motor`"),
         ("topics = []", "topics = [\"observations\"]", "not a topic that can be sent"),
     ] {
         let wrong = right.replacen(from, to, 1);

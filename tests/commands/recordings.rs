@@ -340,11 +340,12 @@ fn a_recording_overwrites_no_file_and_follows_no_link_by_default() {
     fs::write(&theirs, "kept").expect("writes");
     std::os::unix::fs::symlink(&theirs, &link).expect("links");
     let record = |to: &str, more: &[&str]| run_leo(&[&["teach", &lesson, "--record", to], more].concat());
-    assert_refused(&record(&theirs, &[]), 1, &[&theirs, "is there already", "--overwrite"]);
-    for more in [&[][..], &["--overwrite"]] {
-        assert_refused(&record(&link, more), 1, &[&link, "symbolic link"]);
+    assert_refused(&record(&theirs, &[]), 2, &[&theirs, "exists already", "--force"]);
+    for more in [&[][..], &["--force"]] {
+        assert_refused(&record(&link, more), 2, &[&link, "symbolic link"]);
     }
     assert_eq!(fs::read_to_string(&theirs).expect("reads"), "kept");
+    // The option's older name.
     let output = record(&theirs, &["--overwrite"]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     assert!(!frames(&theirs).is_empty());

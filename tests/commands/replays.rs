@@ -29,7 +29,7 @@ fn rewritten(frames: &[Frame], to: &str) {
 fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     let mut arguments = vec!["teach", lesson, "--record", to];
     // The file of another lesson may exist.
-    arguments.push("--overwrite");
+    arguments.push("--force");
     arguments.extend(config.iter().flat_map(|config| ["--config", config]));
     let output = run_leo(&arguments);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{lesson}: {output:?}");
@@ -157,7 +157,7 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
 
     // Recording a replay gives the same file again.
-    let output = run_leo(&["replay", &one, "--record", &other, "--overwrite"]);
+    let output = run_leo(&["replay", &one, "--record", &other, "--force"]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
     assert_refused(&run_leo(&["replay", &one, "--record", &one]), 2, &["--record"]);

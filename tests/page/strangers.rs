@@ -106,7 +106,7 @@ fn every_page_message_is_answered_and_the_robot_continues() {
     for (message, said) in [
         ("", "EOF"),
         ("[]", "missing field `do`"),
-        (r#"{"do":"fly","id":1}"#, "unknown variant `fly`"),
+        (r#"{"do":"fly","id":1}"#, "unknown value `fly`"),
         (r#"{"do":"carry","id":1,"at":[0,0,1e999]}"#, "number out of range"),
         (r#"{"do":"put","id":1,"at":[0,0,0]}"#, "the hand is empty"),
         (r#"{"do":"seat","id":1,"eyes":[1e300,0,0],"looks_at":[0,0,0]}"#, "from -100 to 100 m"),

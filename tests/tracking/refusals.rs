@@ -74,10 +74,10 @@ fn an_existing_file_is_kept() {
     let there = folder.write("there.jsonl", "mine");
     let arguments = ["--truth", &truth, &trace, "--save-hypotheses", &there];
     let output = evaluate(&arguments);
-    assert_eq!((output.status, output.out.as_str()), (Some(1), ""), "{output:?}");
-    assert!(output.err.contains("there.jsonl") && output.err.contains("--overwrite"), "{output:?}");
+    assert_eq!((output.status, output.out.as_str()), (Some(2), ""), "{output:?}");
+    assert!(output.err.contains("there.jsonl") && output.err.contains("--force"), "{output:?}");
     assert_eq!(std::fs::read_to_string(&there).expect("reads"), "mine");
-    assert_eq!(evaluate(&[&arguments[..], &["--overwrite"]].concat()).status, Some(0));
+    assert_eq!(evaluate(&[&arguments[..], &["--force"]].concat()).status, Some(0));
     assert_ne!(std::fs::read_to_string(&there).expect("reads"), "mine");
 }
 

@@ -7,14 +7,15 @@ use std::time::Duration;
 
 use clap::Args;
 use clock::Instant;
-use config::Robot;
 use console_process::top::{About, Boards, Readings};
 use message::{ArmingGroup, ArmingSummary, Process};
 use process::arming::{self, ArmOrder};
 use process::emergency;
+use quantity::number::{counted_with, saturating_u32};
 use serde::Serialize;
 use transport::{Domain, Node, OverflowPolicy, Queues};
 
+use crate::configuration::SetValues;
 use crate::domain::running;
 use crate::failure::CommandError;
 use crate::output::{print, print_json};
@@ -30,7 +31,7 @@ const POLL_INTERVAL: Duration = Duration::from_millis(10);
 /// Let the joints of a robot move.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo arm --acknowledge\n\nMake sure first that nobody is in reach. The joints follow \
+    after_help = "Examples:\n  leo arm --acknowledge\n\nMake sure first that nobody is in reach. The joints follow \
                         goals at once, slowly at first. `leo emergency-stop` takes their torque away"
 )]
 pub(crate) struct Arm {
@@ -43,6 +44,8 @@ pub(crate) struct Arm {
     /// The robot's leo.toml, for the names of its joints [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -50,7 +53,7 @@ pub(crate) struct Arm {
 
 impl Arm {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let robot = self.set.robot(self.config.as_deref())?;
         let names: Vec<String> = robot.motor.joints.into_iter().map(|joint| joint.name).collect();
         let domain = running(self.domain.as_deref())?;
         let root = domain.root().to_owned();
@@ -210,9 +213,17 @@ fn before_text(summary: &ArmingSummary, names: &[String]) -> String {
 /// The result as text.
 fn after_text(summary: &ArmingSummary, joints: usize, was_acknowledged: bool, names: &[String]) -> String {
     let mut text = if summary.is_all_armed() {
-        format!("all {joints} joints are armed\n")
+        if joints == 1 {
+            "the joint is armed\n".to_owned()
+        } else {
+            format!("all {joints} joints are armed\n")
+        }
     } else {
-        format!("{} of {joints} joints are armed\n", summary.armed)
+        format!(
+            "{} of {} armed\n",
+            summary.armed,
+            counted_with(saturating_u32(joints), "joint is", "joints are")
+        )
     };
     text += &groups_text("still disarmed", &summary.disarmed, names, true);
     if summary.locked.is_empty() {

@@ -8,18 +8,19 @@ use std::time::Duration;
 
 use clap::Args;
 use clock::Instant;
-use config::Robot;
 use message::{Observation, ObservationKind};
 use reports::beliefs::{BeliefReport, JsonLines, Refusal, Summary, Timeline};
 use trace::{FramesByInstant, Reader};
 
 use crate::belief_pipeline::BeliefPipeline;
+use crate::configuration::SetValues;
 use crate::failure::CommandError;
-use crate::seconds;
+use crate::trace_quality::Instants;
+use crate::{seconds, trace_quality};
 
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo believe config/traces/moved.jsonl --every 500\n\ndocs/traces.md says what a \
+    after_help = "Examples:\n  leo believe config/traces/moved.jsonl --every 500\n\ndocs/traces.md says what a \
                         trace is and how to make one, and what is printed."
 )]
 pub(crate) struct Believe {
@@ -35,6 +36,8 @@ pub(crate) struct Believe {
     /// The robot's leo.toml; the files beside it are read too [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
     /// Partners whose beliefs are simulated, numbered from 1 [default: as configured]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
     partners: Option<u32>,
@@ -46,7 +49,7 @@ pub(crate) struct Believe {
 impl Believe {
     /// Processes the trace and prints the beliefs.
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let mut robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let mut robot = self.set.robot(self.config.as_deref())?;
         let literal = if self.literal { robot.percepts.belief.make_literal() } else { Vec::new() };
         let partners = self.partners.unwrap_or(robot.leo.belief.partners);
         let minds = BeliefPipeline::new(&robot, partners).map_err(CommandError::usage)?;
@@ -54,14 +57,18 @@ impl Believe {
         let teller: Box<dyn BeliefReport> = if self.json {
             Box::new(JsonLines::new(&robot.percepts))
         } else {
-            Box::new(Timeline::new(&robot.percepts))
+            Box::new(Timeline::new(&robot.percepts).with_names(&robot.leo.belief.names))
         };
         let mut out = Out { out: BufWriter::new(stdout().lock()), text: String::new() };
         if !self.json {
             out.text.extend(literal.iter().map(|setting| format!("literal: {setting}\n")));
         }
         match self.tell(minds, FramesByInstant::new(reader), teller, literal, &mut out) {
-            Ok(()) => Ok(ExitCode::SUCCESS),
+            Ok((summary, instants)) => {
+                let Summary { observations, refused, .. } = &summary;
+                trace_quality::judge(&self.trace, &instants, *observations, refused)?;
+                Ok(ExitCode::SUCCESS)
+            }
             Err(error @ OutputError::Unread(_)) => Err(CommandError::usage(error)),
             // A closed pipe means that the reader has seen enough.
             Err(OutputError::Unwritten(error)) if error.kind() == ErrorKind::BrokenPipe => {
@@ -78,13 +85,15 @@ impl Believe {
         mut teller: Box<dyn BeliefReport>,
         literal: Vec<String>,
         out: &mut Out<'_>,
-    ) -> Result<(), OutputError> {
+    ) -> Result<(Summary, Instants), OutputError> {
+        let mut instants = Instants::default();
         let mut summary = Summary { literal, ..Summary::default() };
         let mut frames = Vec::new();
         let mut shown_at: Option<Instant> = None;
         while trace.read(&mut frames)? {
             minds.step(&frames);
             let at = minds.at();
+            instants.add(at);
             summary.first_at_ns.get_or_insert(at.as_nanos());
             summary.last_at_ns = Some(at.as_nanos());
             for frame in &frames {
@@ -112,7 +121,7 @@ impl Believe {
         }
         teller.finish(&minds.all(), &summary, &mut out.text);
         out.write()?;
-        Ok(())
+        Ok((summary, instants))
     }
 }
 
@@ -133,7 +142,7 @@ fn partner(observation: &Observation) -> Option<u16> {
     (observation.kind() == Some(ObservationKind::Person)).then_some(observation.partner)
 }
 
-fn refusal(refused: &trace::Rejections) -> Refusal {
+pub(crate) fn refusal(refused: &trace::Rejections) -> Refusal {
     Refusal {
         reason: refused.reason.to_string(),
         observations: refused.observations,

@@ -13,7 +13,7 @@ use crate::failure::CommandError;
 use crate::seconds;
 
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo bench --seconds 10 --json")]
+#[command(after_help = "Examples:\n  leo bench --seconds 10 --json")]
 pub(crate) struct Bench {
     /// How long to measure each rate and size
     #[arg(long, value_name = "SECONDS", default_value = "5", value_parser = seconds::parse,

@@ -17,7 +17,6 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
-use config::Robot;
 use servo::table;
 use servo::{HardwareErrors, Instruction};
 
@@ -145,7 +144,7 @@ struct RawArgs {
 
 impl Bus {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let robot = Robot::load(self.args.config.as_deref()).map_err(CommandError::usage)?;
+        let robot = self.args.set.robot(self.args.config.as_deref())?;
         let selection = BusSelection::new(&robot.motor, &self.args)?;
         let care = |RawArgs { raw, yes }| MotionSafety { raw, yes, motor: &robot.leo.motor };
         match &self.what {

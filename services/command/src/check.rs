@@ -8,19 +8,21 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Args;
-use config::Robot;
 use supervisor_process::{CheckError, CheckOptions, MachineChange};
 
+use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use crate::preflight::{check_can_start, check_link};
-use crate::seconds;
+use crate::{configuration, seconds};
 
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo check --config config/leo.toml --seconds 60")]
+#[command(after_help = "Examples:\n  leo check --config config/leo.toml --seconds 60")]
 pub(crate) struct Check {
     /// The robot's leo.toml [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
     /// How long to measure wake-up latencies; 0 to skip
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds::parse_or_none,
         allow_hyphen_values = true)]
@@ -50,7 +52,8 @@ impl Check {
         if let (Some(leo), true) = (&self.config, self.migrate) {
             migrate::migrate(leo)?;
         }
-        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let files = self.set.quiet_files(self.config.as_deref())?;
+        let robot = configuration::robot(&files)?;
         check_can_start(&robot, self.config.as_deref())?;
         check_link(&robot.leo.link)?;
         let deed = match (self.apply, self.revert) {
@@ -60,7 +63,7 @@ impl Check {
         };
         let inquiry = CheckOptions {
             versions: versions::all(self.state.as_deref()),
-            config: self.config,
+            files,
             json: self.json,
             measure: self.seconds,
             deed,

@@ -6,13 +6,15 @@ use std::process::{Command, ExitCode};
 use std::time::Duration;
 
 use clap::Args;
-use config::{Files, Robot};
+use config::Files;
 use folder::{Folder, FolderError};
 use message::{JointCause, JointMode, JointState, Joints, Process};
 use process::{MotorProcess, emergency};
+use quantity::number::{counted, counted_with, saturating_u32};
 use transport::janitor::is_claimed;
 use transport::{CurrentBoard, Domain, Node, OverflowPolicy, Queues, RosterReader};
 
+use crate::configuration::{self, SetValues};
 use crate::domain::domain_for_run;
 use crate::failure::CommandError;
 use crate::other_users::OtherUsersRobot;
@@ -36,7 +38,7 @@ const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 /// Stop every robot on this machine, or release one.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo emergency-stop\n\nThe same without this program: send SIGUSR1 to the \
+    after_help = "Examples:\n  leo emergency-stop\n\nThe same without this program: send SIGUSR1 to the \
                         motor process; make a file `emergency-stop` in the robot's folder, /dev/shm/leo-*; or\n  curl -X POST \
                         http://127.0.0.1:7780/stop\n\n\
                         Where no motor process runs, it opens the servo buses of --config itself, or of the robot's \
@@ -53,6 +55,8 @@ pub(crate) struct EmergencyStop {
     /// started]
     #[arg(long, value_name = "FILE", conflicts_with = "release")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
     /// Who stops it and why, for the robot's log
     #[arg(long, value_name = "TEXT", default_value = "leo emergency-stop")]
     reason: String,
@@ -88,7 +92,7 @@ impl EmergencyStop {
                      `--config FILE`",
                 ));
             };
-            let hand = switch_torque_off(&Buses::of(Some(config), None)?);
+            let hand = switch_torque_off(&Buses::of(Some(config), &self.set, None)?);
             let code = ExitCode::from(u8::from(hand.is_err()));
             let said = hand.unwrap_or_else(|why| format!("NOT CONFIRMED: {why}"));
             return crate::output::print(&format!("no robot runs: {said}\n")).map(|()| code);
@@ -187,7 +191,8 @@ impl EmergencyStop {
                 "the robot is that of the user with the number {owner}: `sudo -u '#{owner}' leo emergency-stop` confirms it"
             ));
         }
-        let buses = Buses::of(self.config.as_deref(), Some(robot)).map_err(|refused| refused.text)?;
+        let buses =
+            Buses::of(self.config.as_deref(), &self.set, Some(robot)).map_err(|refused| refused.text)?;
         let runs = || motors.iter().any(|motor| motor.process.runs());
         if !runs() && !is_running(robot) && buses.has_hardware() {
             return switch_torque_off(&buses);
@@ -222,7 +227,11 @@ impl EmergencyStop {
         let looked = std::env::current_exe()
             .and_then(|leo| {
                 let mut leo = Command::new(leo);
-                leo.args(["emergency-stop", "--domain"]).arg(robot.root()).args(config).output()
+                leo.args(["emergency-stop", "--domain"])
+                    .arg(robot.root())
+                    .args(config)
+                    .args(self.set.arguments())
+                    .output()
             })
             .map_err(|error| error.to_string())?;
         let said = String::from_utf8_lossy(&looked.stdout);
@@ -266,13 +275,14 @@ struct Buses {
 impl Buses {
     /// The buses of the given configuration. Without one, those of the configuration that the robot was started with.
     /// Without that, the built-in ones, which are mocks.
-    fn of(config: Option<&Path>, robot: Option<&Domain>) -> Result<Self, CommandError> {
+    fn of(config: Option<&Path>, set: &SetValues, robot: Option<&Domain>) -> Result<Self, CommandError> {
         let kept = robot.map(|robot| robot.root().join("configuration")).filter(|kept| kept.is_dir());
         let files = match (config, kept) {
             (None, Some(kept)) => Files::kept(None, &kept),
             (config, _) => Files::read(config),
         };
-        let robot = files.and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
+        let files = set.apply(&files.map_err(CommandError::usage)?)?;
+        let robot = configuration::robot(&files)?;
         Ok(Self { buses: torque::buses(&robot.motor, None), config: config.map(Path::to_owned) })
     }
 
@@ -339,14 +349,25 @@ fn confirm_on_boards(robot: &Domain) -> Result<String, String> {
             let after = clock::now().since(began);
             if limp == all && all > 0 {
                 let after = after.as_secs_f64() * 1e3;
-                return Ok(format!("all {all} servos say that their torque is off ({after:.0} ms)"));
+                let say = if all == 1 {
+                    "the servo says that its torque is off".to_owned()
+                } else {
+                    format!("all {all} servos say that their torque is off")
+                };
+                return Ok(format!("{say} ({after:.0} ms)"));
             }
             // A controlled stop of category 1 is over by then.
             let held = joints.iter().filter(|joint| is_held(joint) && is_since(joint)).count();
             if after >= HOLD_DELAY && held > 0 && held + limp == all {
                 return Ok(format!(
-                    "all {all} joints are stopped: {held} hold with torque on, as stop category 2 has it, and {limp} \
-                     servos say that theirs is off"
+                    "all {} stopped: {} with torque on, as stop category 2 has it, and {} off",
+                    counted_with(saturating_u32(all), "joint is", "joints are"),
+                    counted_with(saturating_u32(held), "holds", "hold"),
+                    counted_with(
+                        saturating_u32(limp),
+                        "servo says that its torque is",
+                        "servos say that theirs is"
+                    )
                 ));
             }
             left = Some((all - limp, all));
@@ -355,7 +376,11 @@ fn confirm_on_boards(robot: &Domain) -> Result<String, String> {
     }
     Err(match left {
         Some((left, all)) => {
-            format!("{left} of {all} servos do not say that their torque is off: cut the power")
+            let do_not = if left == 1 { "does not say that its" } else { "do not say that their" };
+            format!(
+                "{left} of {} {do_not} torque is off: cut the power",
+                counted(saturating_u32(all), "servo")
+            )
         }
         None => robot.check_layouts().map_or_else(
             |other| format!("{other}; it is stopped all the same, cut the power if anything moves"),

@@ -15,12 +15,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use config::Robot;
 use trace::FramesByInstant;
 
 use crate::belief_pipeline::BeliefPipeline;
+use crate::configuration::SetValues;
 use crate::failure::CommandError;
-use crate::{believe, output};
+use crate::output::Force;
+use crate::{believe, output, trace_quality};
 use comparison::{ComparedPercepts, Comparison, Hypothesis, Similarity};
 use error::InputError;
 use hypotheses::HypothesisFile;
@@ -82,12 +83,13 @@ pub(crate) struct Evaluate {
     /// Write the detections to a file, as a trace
     #[arg(long, value_name = "FILE")]
     save_trace: Option<PathBuf>,
-    /// Overwrite existing files
-    #[arg(long)]
-    overwrite: bool,
+    #[command(flatten)]
+    force: Force,
     /// The robot's leo.toml; the files beside it are read too [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
     /// Partners whose beliefs are simulated, numbered from 1 [default: as configured]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
     partners: Option<u32>,
@@ -145,7 +147,9 @@ struct Prepared {
 impl Evaluate {
     /// Runs the trace through the belief systems, compares, and prints the measures.
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let mut robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let files = [&self.save_hypotheses, &self.save_trace].into_iter().flatten();
+        let outputs = files.map(|file| self.force.named(file)).collect::<Result<Vec<_>, _>>()?;
+        let mut robot = self.set.robot(self.config.as_deref())?;
         if let Some(tracking) = &mut robot.percepts.belief.tracking {
             let of_detections = self.detections.is_some().then_some(ANNOUNCE_DETECTIONS_AFTER);
             tracking.announce_after =
@@ -170,11 +174,12 @@ impl Evaluate {
             | EvaluationError::Frame(_)
             | EvaluationError::NoCommonInstant { .. } => CommandError::usage(error),
         })?;
-        let report = Report::of(&comparison.perspectives, similarity, &summary);
-        if self.json {
-            output::print_json(&report.to_json())?;
-        } else {
-            output::print(&report.to_text())?;
+        let report = Report::of(&comparison.perspectives, similarity, &summary, &robot.leo.belief.names);
+        let text = if self.json { output::to_json(&report.to_json())? } else { report.to_text() };
+        output::print_beside(&outputs, &text)?;
+        if let Some(trace) = &self.trace {
+            let Summary { observations, refused, cut_short, instants, .. } = &summary;
+            trace_quality::judge(trace, instants, *observations, refused)?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -204,7 +209,7 @@ impl Evaluate {
             }
             (None, Some(rows), Some(picture)) => {
                 let frames = input::observations(&rows, last, picture, self.min_score);
-                self.save_trace(&frames).map_err(CommandError::runtime)?;
+                self.save_trace(&frames)?;
                 Input::Detections(frames.into_iter())
             }
             (None, _, _) => return Err(CommandError::usage("give a trace, or --detections")),
@@ -279,6 +284,7 @@ impl Evaluate {
         let mut present: Option<(u64, Vec<Vec<Hypothesis>>)> = None;
         while input.read(&mut frames)? {
             minds.step(&frames);
+            summary.instants.add(minds.at());
             let at_ns = minds.at().as_nanos();
             span_ns = Some((span_ns.map_or(at_ns, |(first, _)| first), at_ns));
             summary.observations += frames
@@ -302,9 +308,7 @@ impl Evaluate {
             if let (Some(truncation), Some(file)) = (reader.truncation(), &self.trace) {
                 tracing::warn!("{}: {truncation}", file.display());
             }
-            let refused = reader.refused().iter();
-            let refused = refused.map(|of| (of.reason.to_string(), of.observations, of.first.to_string()));
-            summary.refused = refused.collect();
+            summary.refused = reader.refused().iter().map(believe::refusal).collect();
         }
         match truth.span_ns() {
             Some(truth_ns) if summary.frames == summary.without_instant => {
@@ -316,18 +320,21 @@ impl Evaluate {
 
     fn hypothesis_file(&self, picture: Option<Picture>) -> Result<Option<HypothesisFile>, EvaluationError> {
         let Some(file) = &self.save_hypotheses else { return Ok(None) };
-        let created = HypothesisFile::create(output::named(file, self.overwrite), picture);
+        let created = HypothesisFile::create(&self.force.unchecked(file), picture);
         created
             .map(Some)
             .map_err(|source| EvaluationError::Unwritten { name: file.display().to_string(), source })
     }
 
-    fn save_trace(&self, frames: &[trace::Frame]) -> Result<(), EvaluationError> {
-        let Some(file) = &self.save_trace else { return Ok(()) };
-        let written = output::named(file, self.overwrite)
-            .create()
-            .and_then(|file| input::write_trace(frames, &mut BufWriter::new(file)));
-        written.map_err(|source| EvaluationError::Unwritten { name: file.display().to_string(), source })
+    fn save_trace(&self, frames: &[trace::Frame]) -> Result<(), CommandError> {
+        let Some(output) = self.force.named_if(self.save_trace.as_deref())? else { return Ok(()) };
+        let written = output.create_whole().and_then(|mut file| {
+            input::write_trace(frames, &mut BufWriter::new(&mut file))?;
+            file.finish()
+        });
+        written.map_err(|error| {
+            CommandError::runtime(format!("cannot write {}: {error}", output.path().display()))
+        })
     }
 }
 

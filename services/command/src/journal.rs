@@ -2,6 +2,7 @@
 //! `<4>` for a warning (sd-daemon(3)). Terminals and files get no prefix.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
+use std::env::VarError;
 use std::fs::File;
 use std::io::{self, IsTerminal as _, Write};
 use std::os::fd::AsFd as _;
@@ -12,8 +13,13 @@ use tracing::{Level, Metadata};
 use tracing_subscriber::EnvFilter;
 use tracing_subscriber::fmt::MakeWriter;
 
+/// The variable with the filter of the log.
+const FILTER: &str = "RUST_LOG";
+/// The levels, from silent to everything.
+const LEVELS: [&str; 6] = ["off", "error", "warn", "info", "debug", "trace"];
+
 /// Directs the log to standard error, in the journal's format if that is the journal. Returns the writer, which the
-/// caller finishes at the end. Default: warnings; with `-v`: debug messages; otherwise as `RUST_LOG` demands.
+/// caller finishes at the end. Default: warnings; with `-v`: debug messages; otherwise as `RUST_LOG` demands, if that is understood ([`warn_of_filter`]).
 pub(super) fn start(verbose: bool, json: bool) -> NonBlockingWriter {
     let is_journal = is_listening();
     let aside = NonBlockingWriter::over(io::stderr(), if is_journal { mark(Level::WARN) } else { "" });
@@ -22,7 +28,9 @@ pub(super) fn start(verbose: bool, json: bool) -> NonBlockingWriter {
     }
     // quinn logs every packet and connection attempt; the link process reports its own state once.
     let default = if verbose { "debug,quinn=warn,quinn_proto=warn" } else { "warn" };
-    let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
+    let demanded = std::env::var(FILTER).ok().filter(|demanded| filter_fault(demanded).is_none());
+    let filter = demanded.filter(|demanded| !demanded.trim().is_empty());
+    let filter = EnvFilter::new(filter.as_deref().unwrap_or(default));
     let colour = io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
     let subscriber = tracing_subscriber::fmt()
         .with_env_filter(filter)
@@ -36,6 +44,42 @@ pub(super) fn start(verbose: bool, json: bool) -> NonBlockingWriter {
         subscriber.init();
     }
     aside
+}
+
+/// Warns on standard error of a `RUST_LOG` that was ignored.
+pub(super) fn warn_of_filter() {
+    let fault = match std::env::var(FILTER) {
+        Ok(demanded) => filter_fault(&demanded),
+        Err(VarError::NotPresent) => None,
+        Err(VarError::NotUnicode(_)) => Some("it is no text".to_owned()),
+    };
+    if let Some(fault) = fault {
+        tracing::warn!(
+            "{FILTER} is ignored: {fault}; write a level ({}), or TARGET=LEVEL for a part of the program, separated by \
+             commas",
+            LEVELS.join(", ")
+        );
+    }
+}
+
+/// What is wrong with a filter; `None` for one that is understood. A word that is no level would be taken as the name of
+/// a part of the program, and would silence all others.
+fn filter_fault(demanded: &str) -> Option<String> {
+    let is_level = |word: &str| {
+        LEVELS.iter().any(|level| level.eq_ignore_ascii_case(word))
+            || word.parse::<u8>().is_ok_and(|level| level <= 5)
+    };
+    for part in demanded.split(',').map(str::trim).filter(|part| !part.is_empty()) {
+        // A span's fields are in brackets, and may have their own `=`.
+        let (target, level) = part.rsplit_once(']').map_or(part, |(_, rest)| rest).split_once('=').unzip();
+        let word = level.unwrap_or(part);
+        if !part.contains('[') && (!is_level(word) || target.is_some_and(|target| target.trim().is_empty())) {
+            let near = config::closest(word, LEVELS);
+            let near = near.map_or_else(String::new, |level| format!("; did you mean `{level}`?"));
+            return Some(format!("`{word}` is no level{near}"));
+        }
+    }
+    EnvFilter::try_new(demanded).err().map(|error| error.to_string())
 }
 
 /// Whether standard error is the journal. `JOURNAL_STREAM` names the journal's stream, but it is inherited by child
@@ -124,6 +168,32 @@ impl Write for EventWriter {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_filter_that_means_nothing_is_a_fault() {
+        for known in [
+            "",
+            "debug",
+            "WARN",
+            "info,quinn=debug",
+            "quinn::connection=off",
+            "3",
+            " warn , leo=info",
+            "[cycle{n=3}]=debug",
+        ] {
+            assert_eq!(filter_fault(known), None, "{known}");
+        }
+        for (unknown, word) in [
+            ("nonsense", "`nonsense` is no level"),
+            ("debgu", "did you mean `debug`?"),
+            ("leo=loud", "`loud` is no level"),
+            ("warn,quinn=", "`` is no level"),
+            ("=debug", "no level"),
+            ("7", "`7` is no level"),
+        ] {
+            assert!(filter_fault(unknown).is_some_and(|fault| fault.contains(word)), "{unknown}");
+        }
+    }
 
     #[test]
     fn every_line_of_a_text_is_marked() {

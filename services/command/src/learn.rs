@@ -13,12 +13,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use config::Robot;
+use config::Names;
 use tasks::{
     Decision, Example, HypothesisLanguage, Learned, Learning, Noise, Object, Settings, Signature, Snapshot,
     Task, View, decide_with,
 };
 
+use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use examples::{Examples, ExamplesError};
 use results::{Answer, Conclusion, ExampleResult};
@@ -29,7 +30,7 @@ const NATS: f64 = 10.0;
 const OBJECTS: usize = 3;
 
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo learn config/examples/squares.jsonl --language extended --noise \
+#[command(after_help = "Examples:\n  leo learn config/examples/squares.jsonl --language extended --noise \
                         0.05\n\ndocs/examples-format.md says how to write examples, and what is printed.")]
 pub(crate) struct Learn {
     /// The examples, as JSON lines; `-` is standard input
@@ -50,6 +51,8 @@ pub(crate) struct Learn {
     /// The robot's leo.toml, for the keys of its table `learner` [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -66,7 +69,7 @@ fn noise(text: &str) -> Result<Noise, String> {
 impl Learn {
     /// Learns from all examples and prints the results of each.
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let robot = self.set.robot(self.config.as_deref())?;
         let mut settings = learner_process::learning(&robot.leo.learner);
         if let Some(words) = self.language {
             settings.language = match words {
@@ -76,7 +79,7 @@ impl Learn {
         }
         settings.noise = self.noise.unwrap_or(settings.noise);
         let examples = read(&self.examples).map_err(CommandError::usage)?;
-        match self.tell(&examples, &settings) {
+        match self.tell(&examples, &settings, &robot.leo.belief.names) {
             // A closed pipe means that the reader has seen enough.
             Err(error) if error.kind() != ErrorKind::BrokenPipe => {
                 Err(CommandError::runtime(format!("cannot write to standard output: {error}")))
@@ -85,7 +88,7 @@ impl Learn {
         }
     }
 
-    fn tell(&self, examples: &Examples, settings: &Settings) -> std::io::Result<()> {
+    fn tell(&self, examples: &Examples, settings: &Settings, names: &Names) -> std::io::Result<()> {
         let mut out = BufWriter::new(stdout().lock());
         let mut by_perspective: BTreeMap<u16, Learning> = BTreeMap::new();
         let mut newest: BTreeMap<u16, Learned> = BTreeMap::new();
@@ -106,14 +109,15 @@ impl Learn {
                 newest.insert(view.perspective, now);
             }
             let result = ExampleResult { shown, number: index + 1, learned, answers };
-            let text = if self.json { json::example(&result)? } else { text::example(examples, &result) };
+            let text =
+                if self.json { json::example(&result)? } else { text::example(examples, names, &result) };
             out.write_all(text.as_bytes())?;
         }
         let conclusion = conclude(examples, &newest, &mut by_perspective, settings);
         let text = if self.json {
             json::closing(examples, &conclusion)?
         } else {
-            text::closing(examples, &conclusion)
+            text::closing(examples, names, &conclusion)
         };
         out.write_all(text.as_bytes())?;
         out.flush()

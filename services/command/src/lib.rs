@@ -9,9 +9,11 @@ mod bench;
 mod body;
 mod bus;
 mod check;
+mod configuration;
 mod domain;
 mod emergency_stop;
 mod evaluate;
+mod examples;
 mod failure;
 mod journal;
 mod learn;
@@ -30,12 +32,14 @@ mod study;
 mod tasks;
 mod teach;
 mod top;
+mod trace_quality;
+mod usage;
 
 use std::ffi::OsString;
 use std::io::Write as _;
 use std::process::ExitCode;
 
-use clap::{CommandFactory as _, Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use failure::CommandError;
 
@@ -43,7 +47,7 @@ use failure::CommandError;
 ///
 /// Without a command: `leo run`.
 #[derive(Debug, Parser)]
-#[command(name = "leo", version, after_help = "Example:\n  leo run --lesson config/lessons/task1.toml")]
+#[command(name = "leo", version, after_help = "Examples:\n  leo run --lesson config/lessons/task1.toml")]
 struct Leo {
     #[command(subcommand)]
     command: Option<Command>,
@@ -104,7 +108,13 @@ enum Command {
 #[must_use]
 pub fn run(commit: &str) -> ExitCode {
     ::process::restrict_umask();
-    match Leo::parse_from(arguments()).run(commit) {
+    let words = arguments();
+    let parsed = command().try_get_matches_from(&words).and_then(|matches| Leo::from_arg_matches(&matches));
+    let outcome = match parsed {
+        Ok(leo) => leo.run(commit),
+        Err(error) => usage::refuse(&error, &command(), &words),
+    };
+    match outcome {
         Ok(code) => code,
         Err(error) => {
             // The only place where a command's error is printed.
@@ -114,10 +124,20 @@ pub fn run(commit: &str) -> ExitCode {
     }
 }
 
+/// The definition of all commands.
+fn command() -> clap::Command {
+    examples::add(Leo::command())
+}
+
 impl Leo {
     fn run(self, commit: &str) -> Result<ExitCode, CommandError> {
         let log = journal::start(self.verbose, self.log_json);
-        let outcome = self.command.unwrap_or(Command::Run(self.run)).run(commit);
+        let command = self.command.unwrap_or(Command::Run(self.run));
+        // The processes of a robot inherit the variable, and their supervisor has said it.
+        if !matches!(&command, Command::Process(process) if process.is_supervised()) {
+            journal::warn_of_filter();
+        }
+        let outcome = command.run(commit);
         log.finish();
         outcome
     }
@@ -149,7 +169,7 @@ impl Command {
             Self::Bus(bus) => bus.run(),
             Self::Check(check) => check.run(),
             Self::Bench(bench) => bench.run(commit),
-            Self::Manual(manual) => manual.run(&Leo::command()),
+            Self::Manual(manual) => manual.run(&command()),
             Self::BenchEcho(echo) => echo.run(),
             Self::Process(process) => process.run(),
         }

@@ -9,18 +9,24 @@ use clap::Args;
 use clap_complete::Shell;
 
 use crate::failure::CommandError;
+use crate::output::Force;
 
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo manual target/manual")]
+#[command(after_help = "Examples:\n  leo manual target/manual")]
 pub(crate) struct Manual {
     /// The output folder; created if missing
     #[arg(value_name = "DIRECTORY")]
     directory: PathBuf,
+    #[command(flatten)]
+    force: Force,
 }
 
 impl Manual {
     /// Writes the pages and completions of `program`.
     pub(crate) fn run(&self, program: &clap::Command) -> Result<ExitCode, CommandError> {
+        for made in ["man/leo.1", "completions/leo.bash", "completions/_leo", "completions/leo.fish"] {
+            self.force.named(&self.directory.join(made))?;
+        }
         write(program, &self.directory).map_err(|error| {
             CommandError::runtime(format!("cannot write to {}: {error}", self.directory.display()))
         })?;

@@ -10,6 +10,7 @@ use mock_bus_process::{Faults, StandaloneError, StandaloneOptions, parse};
 use process::Launch;
 use servo::mock::FollowerBehaviour;
 
+use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use links::LinkFolder;
 
@@ -17,7 +18,7 @@ mod links;
 
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo mock-bus --seed 7 --fault \"drop bus=torso id=5 p=0.01 from=2s for=10s\"\n\n\
+    after_help = "Examples:\n  leo mock-bus --seed 7 --fault \"drop bus=torso id=5 p=0.01 from=2s for=10s\"\n\n\
     It prints where each bus is; any Dynamixel master can open it there. It runs until Ctrl-C.\n\
     Meanwhile it takes commands on standard input: `fault SPEC`, `clear` and `list`.\n\
     docs/servo-bus.md says which faults there are."
@@ -31,6 +32,8 @@ pub(crate) struct MockBus {
     /// The robot's leo.toml, for the buses and servos in the motor.toml beside it [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
     /// A fault to inject from the start; may be repeated
     #[arg(long, value_name = "SPEC")]
     fault: Vec<String>,
@@ -46,6 +49,11 @@ pub(crate) struct MockBus {
 }
 
 impl MockBus {
+    /// Whether it is a process of a robot.
+    pub(super) fn is_supervised(&self) -> bool {
+        self.domain.is_some()
+    }
+
     /// Serves every mock bus until stopped.
     pub(super) fn run(&self) -> Result<ExitCode, CommandError> {
         if let Some(domain) = &self.domain {
@@ -55,7 +63,7 @@ impl MockBus {
             mock_bus_process::run(&launch, &robot).map_err(CommandError::runtime)?;
             return Ok(ExitCode::SUCCESS);
         }
-        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let robot = self.set.robot(self.config.as_deref())?;
         let mut faults = configured_faults(&robot)?;
         faults.seed = self.seed.unwrap_or(faults.seed);
         if self.fast_read_continues_after_gap {

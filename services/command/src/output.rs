@@ -4,15 +4,51 @@ use std::io::{IsTerminal as _, Write as _};
 use std::path::Path;
 
 use budget::Lines;
+use clap::Args;
 use config::Names;
 use folder::{Existing, Output};
 use reports::lesson::LessonReport;
 
 use crate::failure::CommandError;
 
-/// An output file named by the user; an existing one is replaced only with `overwrite`.
-pub(crate) fn named(file: &Path, overwrite: bool) -> Output {
-    Output::named(file, if overwrite { Existing::Replace } else { Existing::Keep })
+/// What every command that writes a file says of an existing one.
+#[derive(Args, Clone, Copy, Debug)]
+pub(crate) struct Force {
+    /// Replace an existing file
+    #[arg(long, visible_alias = "overwrite")]
+    force: bool,
+}
+
+impl Force {
+    /// An output file named by the user. An existing file that is to be kept is refused at once, before anything is
+    /// computed for it; creating it checks again, without a gap.
+    pub(crate) fn named(self, file: &Path) -> Result<Output, CommandError> {
+        let output = self.unchecked(file);
+        output
+            .check()
+            .map_err(|error| CommandError::usage(format!("cannot write {}: {error}", file.display())))?;
+        Ok(output)
+    }
+
+    /// The same, checked only when it is created.
+    pub(crate) fn unchecked(self, file: &Path) -> Output {
+        Output::named(file, if self.force { Existing::Replace } else { Existing::Keep })
+    }
+
+    /// As [`Self::named`], for a file that may not be asked for.
+    pub(crate) fn named_if(self, file: Option<&Path>) -> Result<Option<Output>, CommandError> {
+        file.map(|file| self.named(file)).transpose()
+    }
+}
+
+/// Prints a text beside output files: on standard error if one of them is standard output.
+pub(crate) fn print_beside(outputs: &[Output], text: &str) -> Result<(), CommandError> {
+    if outputs.iter().any(Output::is_standard_output) {
+        // The file is complete; a closed standard error changes nothing.
+        let _ = std::io::stderr().lock().write_all(text.as_bytes());
+        return Ok(());
+    }
+    print(text)
 }
 
 /// The name and version of this program, as written into recordings.
@@ -49,8 +85,12 @@ pub(crate) fn confirm(yes: bool, what: &str) -> Result<(), CommandError> {
     }
 }
 
+/// The end of the report of `leo teach`.
+const NOT_KEPT: &str = "\nNothing of this is kept: `leo run --lesson FILE` keeps what Leo learns.\n";
+
 /// Prints what Leo learned in each lesson: its file, its title and the report.
 pub(crate) fn print_reports(
+    outputs: &[Output],
     reports: &[(String, String, LessonReport)],
     names: &Names,
     json: bool,
@@ -66,8 +106,9 @@ pub(crate) fn print_reports(
         for (file, title, report) in reports {
             text += &format!("{title} ({file})\n\n{}", report.to_text(names));
         }
+        text += NOT_KEPT;
     }
-    print(&text)
+    print_beside(outputs, &text)
 }
 
 /// Prints one JSON document.
@@ -75,7 +116,8 @@ pub(crate) fn print_json(value: &(impl serde::Serialize + ?Sized)) -> Result<(),
     print(&to_json(value)?)
 }
 
-fn to_json(value: &(impl serde::Serialize + ?Sized)) -> Result<String, CommandError> {
+/// One JSON document as text.
+pub(crate) fn to_json(value: &(impl serde::Serialize + ?Sized)) -> Result<String, CommandError> {
     let text = serde_json::to_string_pretty(value).map_err(CommandError::runtime)?;
     Ok(text + "\n")
 }

@@ -54,6 +54,21 @@ pub(crate) struct ProcessArgs {
 }
 
 impl Process {
+    /// Whether it is a process of a robot, which its supervisor starts.
+    pub(crate) fn is_supervised(&self) -> bool {
+        match self {
+            Self::MockBus(mock_bus) => mock_bus.is_supervised(),
+            Self::Simulator(_)
+            | Self::Sensor(_)
+            | Self::Belief(_)
+            | Self::Learner(_)
+            | Self::Motor(_)
+            | Self::Console(_)
+            | Self::Link(_)
+            | Self::TorqueGuard(_) => true,
+        }
+    }
+
     /// Runs the process until it is stopped.
     pub(crate) fn run(self) -> Result<ExitCode, CommandError> {
         let arguments = match &self {

@@ -9,11 +9,14 @@ use std::time::Duration;
 use clap::Args;
 use config::lesson::Lesson;
 use process::black_box;
+use quantity::number::counted_with;
 use recording::{Recorder, Subject, Time, robot_pose};
 use transport::Domain;
 use transport::janitor::is_claimed;
 
+use crate::configuration::SetValues;
 use crate::failure::CommandError;
+use crate::output::Force;
 use crate::{domain, output, seconds};
 
 /// Polling interval of the stop conditions.
@@ -30,12 +33,11 @@ const MAX_MEMORY_BYTES: usize = 1_000_000_000;
                         docs/recording.md says what is in the file."
 )]
 pub(crate) struct Record {
-    /// The file to write
+    /// The file to write; `-` is standard output
     #[arg(value_name = "FILE", required_unless_present = "black_box")]
     file: Option<PathBuf>,
-    /// Overwrite an existing file
-    #[arg(long, requires = "file")]
-    overwrite: bool,
+    #[command(flatten)]
+    force: Force,
     /// Write the last minutes from the robot's own black box into a file now
     #[arg(long, conflicts_with_all = ["file", "record_for", "last", "config", "lesson"])]
     black_box: bool,
@@ -51,6 +53,8 @@ pub(crate) struct Record {
     /// The leo.toml that the robot runs with, for what viewers show [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
     /// The lesson that it plays, for its pose in the room [default: built in, Task 1 of the study]
     #[arg(long, value_name = "FILE")]
     lesson: Option<PathBuf>,
@@ -65,18 +69,23 @@ impl Record {
     }
 
     fn record(&self, file: &Path) -> Result<ExitCode, CommandError> {
+        let to = self.force.named(file)?;
         let lesson = match &self.lesson {
             Some(file) => Lesson::load(file).map_err(CommandError::usage)?,
             None => Lesson::builtin(),
         };
-        let subject =
-            Subject::load(self.config.as_deref(), Time::Wall, None, robot_pose(&lesson), &output::program())
-                .map_err(CommandError::usage)?;
+        let subject = Subject::of(
+            &self.set.files(self.config.as_deref())?,
+            Time::Wall,
+            None,
+            robot_pose(&lesson),
+            &output::program(),
+        )
+        .map_err(CommandError::usage)?;
         let domain = domain::running(self.domain.as_deref())?;
         // Check the layouts before creating a file that would stay empty.
         domain.check_layouts().map_err(CommandError::runtime)?;
         let stop = process::stop_flag().map_err(CommandError::runtime)?;
-        let to = output::named(file, self.overwrite);
         let recorder = match self.last {
             None => Recorder::start(&domain, subject, &to),
             Some(last) => Recorder::keep(&domain, subject, last, MAX_MEMORY_BYTES),
@@ -93,15 +102,19 @@ impl Record {
         if self.last.is_some() {
             let last = recorder.last().map_err(CommandError::runtime)?;
             let (frames, seconds) = (last.write(&to).map_err(CommandError::runtime)?, last.span().as_secs());
-            said = format!("of these, the last {frames} were written, those of {seconds} s\n");
+            let were = counted_with(frames, "was", "were");
+            said = format!("of these, the last {were} written, those of {seconds} s\n");
         }
         let counts = recorder.stop().map_err(CommandError::runtime)?;
         let dropped = counts.total().dropped;
         let lost = match dropped {
             0 => "nothing was dropped".to_owned(),
-            _ => format!("{dropped} frames were dropped: the machine or the disk was too slow"),
+            _ => format!(
+                "{} dropped: the machine or the disk was too slow",
+                counted_with(dropped, "frame was", "frames were")
+            ),
         };
-        output::print(&format!("{}\n{counts}{said}{lost}\n", file.display()))?;
+        output::print_beside(&[to], &format!("{}\n{counts}{said}{lost}\n", file.display()))?;
         Ok(ExitCode::SUCCESS)
     }
 }

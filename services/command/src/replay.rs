@@ -11,10 +11,12 @@ use clap::Args;
 use config::Robot;
 use console_process::{Line, Narrator, Transcript};
 use message::{Events, TopicId, Utterances};
+use quantity::number::counted;
 use recording::{Channel, Frame, Reader, Subject, Time};
 use supervisor_process::{FrameCounts, LockstepError, Record, ReplayOptions};
 
 use crate::failure::CommandError;
+use crate::output::Force;
 use crate::{body, domain, output, seconds};
 
 /// The files of a robot's configuration.
@@ -23,7 +25,7 @@ const FILES: [&str; 5] = ["leo.toml", "percepts.toml", "perspective.toml", "moto
 /// Play a recording into the real belief and learner processes.
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo teach config/lessons/task1.toml --record task1.mcap\n  leo replay task1.mcap\n\n\
+    after_help = "Examples:\n  leo teach config/lessons/task1.toml --record task1.mcap\n  leo replay task1.mcap\n\n\
                   What was recorded in lockstep time is compared bit by bit, and the first difference is named: \
                   exit status 1. With --speed it is told as it goes."
 )]
@@ -43,9 +45,8 @@ pub(crate) struct Replay {
     /// Record the replayed frames and the new output of the processes
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Overwrite an existing file
-    #[arg(long, requires = "record")]
-    overwrite: bool,
+    #[command(flatten)]
+    force: Force,
 }
 
 /// Parses a multiple of real time, from 0.001 to 1000.
@@ -68,6 +69,7 @@ impl Replay {
         {
             return Err(CommandError::usage("--to must be after --from: nothing lies between them"));
         }
+        let outputs = Vec::from_iter(self.force.named_if(self.record.as_deref())?);
         let mut reader = Reader::open(&self.file).map_err(CommandError::usage)?;
         let folder = tempfile::tempdir().map_err(|error| {
             CommandError::runtime(format!("cannot make a folder for the recorded configuration: {error}"))
@@ -131,26 +133,32 @@ impl Replay {
         if reader.is_cut() {
             let _ = writeln!(
                 text,
-                "the file is truncated after {} bytes: the part before was replayed",
-                reader.bytes()
+                "the file is truncated after {}: the part before was replayed",
+                counted(reader.bytes(), "byte")
             );
         }
         if let Some(unchecked) = reader.unchecked() {
             let _ = writeln!(text, "{unchecked}: damage there would not be noticed");
         }
+        let frames = |count| if count == 1 { "frame" } else { "frames" };
         for (topic, paired) in &played.paired {
             let FrameCounts { equal, uncompared } = *paired;
             let said = match (equal, uncompared) {
-                (equal, 0) => format!("{equal:>9} frames equal"),
-                (0, uncompared) => format!("{uncompared:>9} frames, not compared"),
-                (equal, uncompared) => format!("{equal:>9} frames equal, {uncompared} not compared"),
+                (equal, 0) => format!("{equal:>9} {} equal", frames(equal)),
+                (0, uncompared) => format!("{uncompared:>9} {}, not compared", frames(uncompared)),
+                (equal, uncompared) => {
+                    format!("{equal:>9} {} equal, {uncompared} not compared", frames(equal))
+                }
             };
             let _ = writeln!(text, "{:<22} {said}", Channel(*topic).to_string());
         }
         if let Some(why) = played.incomparable {
             let _ = writeln!(text, "nothing was compared: {why}");
         }
-        output::print(&text)?;
+        output::print_beside(&outputs, &text)?;
+        if reader.is_cut() {
+            tracing::warn!("{name} is truncated: it was replayed up to there");
+        }
         match played.wrong {
             None => Ok(ExitCode::SUCCESS),
             Some(wrong) => Err(CommandError::runtime(format!("{name}: the first difference is in {wrong}"))),
@@ -161,7 +169,7 @@ impl Replay {
 impl Replay {
     /// The recording to make of the replay, if requested. It is in lockstep time, whatever the source is.
     fn recorded<R: Read>(&self, reader: &Reader<R>, robot: &Robot) -> Result<Option<Record>, CommandError> {
-        let Some(file) = self.record.clone() else { return Ok(None) };
+        let Some(output) = self.force.named_if(self.record.as_deref())? else { return Ok(None) };
         let about = reader.about().ok_or_else(|| CommandError::usage("nothing is known of the recording"))?;
         let text = |name: &'static str| Some((name, reader.files().get(name)?.clone()));
         let subject = Subject {
@@ -172,7 +180,7 @@ impl Replay {
             x_world_base: about.x_world_base(),
             program: output::program(),
         };
-        Ok(Some(Record { output: output::named(&file, self.overwrite), subject }))
+        Ok(Some(Record { output, subject }))
     }
 }
 

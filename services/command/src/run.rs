@@ -5,26 +5,30 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Args;
+use config::Robot;
 use config::campaign::Campaign;
 use config::leo::Leo as Settings;
 use config::lesson::Lesson;
-use config::{Files, Robot};
 use supervisor_process::{ORDER, ProcessFaults, RunOptions};
 
+use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use crate::preflight::{check_can_start, check_link, warn_missing_needs};
-use crate::{domain, seconds};
+use crate::{configuration, domain, seconds};
 
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo run --lesson config/lessons/task1.toml --for 60\n\nThe first line is the address \
-                  of the page, with its access token. Stopping the robot needs no token: curl -X POST \
+    after_help = "Examples:\n  leo run --lesson config/lessons/task1.toml --for 60\n\nWhat Leo learns is kept in the state directory, \
+                  $XDG_STATE_HOME/leo or ~/.local/state/leo, and known to the next run: `leo tasks list`. The first line is \
+                  the address of the page, with its access token. Stopping the robot needs no token: curl -X POST \
                   http://127.0.0.1:7780/stop"
 )]
 pub(crate) struct Run {
     /// The robot's leo.toml; the files beside it are read too [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
     /// The lesson to play [default: built in, Task 1 of the study]
     #[arg(long, value_name = "FILE")]
     lesson: Option<PathBuf>,
@@ -44,11 +48,15 @@ pub(crate) struct Run {
 
 impl Run {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let files = Files::read(self.config.as_deref()).map_err(CommandError::usage)?;
-        let robot = Robot::of(&files).map_err(CommandError::usage)?;
+        let files = self.set.files(self.config.as_deref())?;
+        let robot = configuration::robot(&files)?;
         let lesson = self.lesson.as_deref().map(|file| lesson_text(file, &robot.leo)).transpose()?;
         check_can_start(&robot, self.config.as_deref())?;
+        supervisor_process::check_cores(&robot.leo).map_err(CommandError::usage)?;
         check_link(&robot.leo.link)?;
+        if robot.leo.link.runs_here(message::Process::Console) {
+            console_process::check_port(&robot.leo.console).map_err(CommandError::runtime)?;
+        }
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
         let state = domain::state_directory()?;
         process::state::prepare(&state).map_err(CommandError::usage)?;

@@ -7,15 +7,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use config::Robot;
 use config::lesson::{Lesson, STUDY};
+use config::{Files, Robot};
 use reports::lesson::LessonReport;
 use study::{Cell, Comparison, robot::CELLS};
 use supervisor_process::LessonOptions;
 
+use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use crate::preflight::{check_can_teach, simulator_source};
-use crate::{domain, output};
+use crate::{configuration, domain, output};
 use sweep::Sweep;
 
 /// What is played, and how it is told.
@@ -35,11 +36,14 @@ pub(crate) struct Study {
     /// The robot's leo.toml [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
 }
 
 impl Study {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let files = self.set.files(self.config.as_deref())?;
+        let robot = configuration::robot(&files)?;
         check_can_teach(&robot, self.config.as_deref())?;
         if let Some(designs) = self.sweep {
             let sweep = Sweep::of(&robot, simulator_source(&robot)?, designs, &|news| self.tell(news))?;
@@ -65,7 +69,7 @@ impl Study {
             })?;
             let how = if taking { "with" } else { "without" };
             self.tell(&format!("task {task} {how} perspective taking ..."));
-            cells.push(Cell::of(expected, &self.play(&robot, &file, taking)?));
+            cells.push(Cell::of(expected, &self.play((&robot, &files), &file, taking)?));
         }
         let comparison = Comparison::of(cells);
         if self.json {
@@ -86,7 +90,7 @@ impl Study {
 
     fn play(
         &self,
-        robot: &Robot,
+        (robot, files): (&Robot, &Files),
         file: &Path,
         perspective_taking: bool,
     ) -> Result<LessonReport, CommandError> {
@@ -94,7 +98,7 @@ impl Study {
         let teaching = LessonOptions {
             domain: domain::own()?,
             settings: robot.leo.clone(),
-            config: self.config.clone(),
+            files: files.clone(),
             lesson: file.to_owned(),
             performances: lesson.performances(),
             partners: Some(u32::from(perspective_taking)),

@@ -12,6 +12,7 @@ use quantity::number::{counted, saturating_u32};
 use reports::lesson::LessonReport;
 use serde::{Deserialize, Serialize};
 
+use crate::configuration::GlobalSetValues;
 use crate::failure::CommandError;
 use crate::{domain, output};
 
@@ -31,6 +32,8 @@ pub(crate) struct Tasks {
     /// The robot's leo.toml, for the names of its percepts [default: built in]
     #[arg(long, value_name = "FILE", global = true)]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: GlobalSetValues,
     /// The state directory [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
     #[arg(long, value_name = "DIRECTORY", global = true)]
     state: Option<PathBuf>,
@@ -127,7 +130,7 @@ impl Tasks {
             }
             What::Forget { name } => {
                 let task = memory.task(name)?.clone();
-                if !memory.memory.forget(name).map_err(CommandError::runtime)? {
+                if !memory.memory.forget(name).map_err(CommandError::usage)? {
                     return Err(CommandError::runtime(format!(
                         "another command has just forgotten \"{}\"",
                         task.name
@@ -164,7 +167,7 @@ impl Tasks {
     }
 
     fn robot(&self) -> Result<Robot, CommandError> {
-        Robot::load(self.config.as_deref()).map_err(CommandError::usage)
+        self.set.robot(self.config.as_deref())
     }
 
     fn settings(&self) -> Result<(Vocabulary, Settings), CommandError> {
@@ -228,8 +231,8 @@ impl OpenMemory {
         let text =
             File::open(file).and_then(|file| budget::read_text(file, "exported tasks", EXPORTED_BYTES));
         let text = text.map_err(|error| CommandError::usage(format!("cannot read {at}: {error}")))?;
-        let exported: Exported =
-            serde_json::from_str(&text).map_err(|error| CommandError::usage(format!("{at}: {error}")))?;
+        let exported: Exported = serde_json::from_str(&text)
+            .map_err(|error| CommandError::usage(format!("{at}: {}", config::suggest(&error.to_string()))))?;
         if exported.leo_tasks != FORMAT {
             let found = exported.leo_tasks;
             return Err(CommandError::usage(format!(
@@ -255,7 +258,7 @@ impl OpenMemory {
                 index + 1
             )));
         }
-        self.memory.replace(&exported.tasks).map_err(CommandError::runtime)?;
+        self.memory.replace(&exported.tasks).map_err(CommandError::usage)?;
         Ok(exported.tasks.iter().map(|task| task.name.clone()).collect())
     }
 }

@@ -4,17 +4,21 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use config::Robot;
+use config::Files;
 use config::lesson::Lesson;
 use recording::{Subject, Time, robot_pose};
 use supervisor_process::{LessonOptions, Record};
 
+use crate::configuration::SetValues;
 use crate::failure::CommandError;
+use crate::output::Force;
 use crate::preflight::{check_can_teach, warn_missing_needs};
-use crate::{domain, output};
+use crate::{configuration, domain, output};
 
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo teach config/lessons/task1.toml --perspective robot --json")]
+#[command(after_help = "Examples:\n  leo teach config/lessons/task1.toml --perspective robot --json\n  \
+                  leo teach config/lessons/task1.toml --record task1.mcap\n\nEach lesson begins without knowledge, and \
+                  nothing that Leo learns is kept: `leo run --lesson FILE` keeps it, and `leo tasks` shows it.")]
 pub(crate) struct Teach {
     /// The lessons, one after the other
     #[arg(required = true, value_name = "LESSON")]
@@ -28,12 +32,13 @@ pub(crate) struct Teach {
     /// Record the lesson for `leo replay` and for viewers; takes one lesson only
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Overwrite an existing file
-    #[arg(long, requires = "record")]
-    overwrite: bool,
+    #[command(flatten)]
+    force: Force,
     /// The robot's leo.toml [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -44,7 +49,8 @@ enum Whose {
 
 impl Teach {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let files = self.set.files(self.config.as_deref())?;
+        let robot = configuration::robot(&files)?;
         check_can_teach(&robot, self.config.as_deref())?;
         let partners = match self.perspective.as_slice() {
             [] => None,
@@ -68,30 +74,34 @@ impl Teach {
             lessons.push((file, lesson));
         }
         let mut reports = Vec::new();
+        let outputs = Vec::from_iter(self.force.named_if(self.record.as_deref())?);
         for (file, lesson) in lessons {
             let teaching = LessonOptions {
                 domain: domain::own()?,
                 settings: robot.leo.clone(),
-                config: self.config.clone(),
+                files: files.clone(),
                 lesson: file.clone(),
                 performances: lesson.performances(),
                 partners,
-                record: self.recorded(&lesson, partners)?,
+                record: self.recorded(&files, &lesson, partners)?,
             };
             let report = supervisor_process::teach(&teaching).map_err(CommandError::runtime)?;
             reports.push((file.display().to_string(), lesson.title, report));
         }
-        output::print_reports(&reports, &robot.leo.belief.names, self.json)?;
+        output::print_reports(&outputs, &reports, &robot.leo.belief.names, self.json)?;
         Ok(ExitCode::SUCCESS)
     }
 
     /// The recording to make of a lesson, if requested.
-    fn recorded(&self, lesson: &Lesson, partners: Option<u32>) -> Result<Option<Record>, CommandError> {
-        let Some(file) = self.record.clone() else { return Ok(None) };
+    fn recorded(
+        &self,
+        files: &Files,
+        lesson: &Lesson,
+        partners: Option<u32>,
+    ) -> Result<Option<Record>, CommandError> {
+        let Some(output) = self.force.named_if(self.record.as_deref())? else { return Ok(None) };
         let x_world_base = robot_pose(lesson);
-        let subject =
-            Subject::load(self.config.as_deref(), Time::Lockstep, partners, x_world_base, &output::program());
-        let output = output::named(&file, self.overwrite);
+        let subject = Subject::of(files, Time::Lockstep, partners, x_world_base, &output::program());
         Ok(Some(Record { output, subject: subject.map_err(CommandError::usage)? }))
     }
 }

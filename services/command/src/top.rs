@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use config::Robot;
 use console_process::top::{About, Form, show};
 
+use crate::configuration::SetValues;
 use crate::domain::{running, state_directory};
 use crate::failure::CommandError;
 
 #[derive(Args, Clone, Debug)]
-#[command(after_help = "Example:\n  leo top --json")]
+#[command(after_help = "Examples:\n  leo top --json")]
 pub(crate) struct Top {
     /// Print the table once, as JSON
     #[arg(long)]
@@ -23,6 +23,8 @@ pub(crate) struct Top {
     /// The robot's leo.toml, for the names of its joints [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    #[command(flatten)]
+    set: SetValues,
     /// The robot, if several run
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
@@ -30,7 +32,7 @@ pub(crate) struct Top {
 
 impl Top {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let robot = self.set.robot(self.config.as_deref())?;
         let domain = running(self.domain.as_deref())?;
         let about = About {
             joint_names: robot.motor.joints.into_iter().map(|joint| joint.name).collect(),

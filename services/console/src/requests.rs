@@ -62,7 +62,8 @@ pub(crate) fn number(message: &str) -> Option<u64> {
 /// none.
 pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, PageRequest), Malformed> {
     let malformed = |reason: String| Malformed { id: number(message), reason };
-    let request: RequestJson = serde_json::from_str(message).map_err(|error| malformed(error.to_string()))?;
+    let request: RequestJson =
+        serde_json::from_str(message).map_err(|error| malformed(config::plain(&error.to_string())))?;
     let act = |kind, teacher: Option<u16>| TeacherAct::new(kind, teacher.unwrap_or(first));
     let text = |what: &str| {
         if what.len() > TEXT_CAPACITY {
@@ -158,7 +159,7 @@ mod tests {
     fn a_malformed_message_is_answered_with_its_request_number() {
         for (message, id, said) in [
             ("", None, "EOF"),
-            (r#"{"id": 3, "do": "fly"}"#, Some(3), "unknown variant `fly`"),
+            (r#"{"id": 3, "do": "fly"}"#, Some(3), "unknown value `fly`"),
             (r#"{"id": 4, "do": "take"}"#, Some(4), "missing field `thing`"),
             (r#"{"id": 5, "do": "clear", "all": true}"#, Some(5), "unknown field `all`"),
             (

@@ -7,7 +7,7 @@ pub mod readiness;
 mod unlisted;
 
 pub use faults::{ProcessFaults, UnknownProcessError};
-pub use io::check::{ApplyError, CheckError, CheckOptions, MachineChange, check};
+pub use io::check::{ApplyError, CheckError, CheckOptions, CoreError, MachineChange, check, check_cores};
 pub use io::children::Children;
 pub use io::guard::guard;
 pub use io::lockstep_processes::LockstepError;

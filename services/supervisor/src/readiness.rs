@@ -1,7 +1,7 @@
 //! Judges whether a machine meets the robot's requirements.
 
 mod change;
-mod cores;
+pub(crate) mod cores;
 mod interrupts;
 mod kernel;
 mod limits;
@@ -25,6 +25,8 @@ pub use wakeup::{Wakeup, judge as judge_wakeup};
 pub enum Verdict {
     /// As required.
     Good,
+    /// The robot runs, perhaps not as meant.
+    Warning,
     /// The robot runs, but its timing is not guaranteed.
     Slower,
     /// The robot cannot run.
@@ -37,6 +39,7 @@ impl Verdict {
     pub const fn name(self) -> &'static str {
         match self {
             Self::Good => "good",
+            Self::Warning => "warning",
             Self::Slower => "slower",
             Self::Broken => "broken",
         }
@@ -96,8 +99,8 @@ pub fn judge(system: &System, machine: &Machine) -> Vec<Finding> {
         kernel::preemption(system),
         kernel::realtime_share(system),
         cores::count(machine),
-        cores::plan(hot, &machine.cores),
-        cores::isolation(system, hot),
+        cores::plan(system, hot, &machine.cores),
+        cores::isolation(system, hot, &machine.cores),
         cores::governors(system, &machine.cores),
         cores::idle_states(system, &machine.cores, &machine.sleep),
         interrupts::of_adapters(system, hot, &machine.cores),

@@ -24,8 +24,46 @@ pub fn read_text(source: impl Read, what: &'static str, max_bytes: u64) -> io::R
     if u64::try_from(read).unwrap_or(u64::MAX) > max_bytes {
         return Err(BudgetError::Text { what, max_bytes }.into());
     }
-    String::from_utf8(bytes)
-        .map_err(|_no_text| io::Error::new(io::ErrorKind::InvalidData, "stream did not contain valid UTF-8"))
+    match String::from_utf8(bytes) {
+        Ok(text) if other_encoding(text.as_bytes()).is_none() => Ok(text),
+        Ok(text) => Err(not_utf8(text.as_bytes(), text.len())),
+        Err(error) => Err(not_utf8(error.as_bytes(), error.utf8_error().valid_up_to())),
+    }
+}
+
+/// The encoding of a text that begins with a byte order mark or with the zero bytes of UTF-16 or UTF-32; `None` for UTF-8
+/// and for encodings of single bytes.
+#[must_use]
+pub fn other_encoding(bytes: &[u8]) -> Option<&'static str> {
+    match bytes {
+        [0xff, 0xfe, 0, 0, ..] | [0, 0, 0xfe, 0xff, ..] => Some("UTF-32"),
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some("UTF-16"),
+        // A text begins with a letter of ASCII.
+        [1..=255, 0, 0, 0, ..] | [0, 0, 0, 1..=255, ..] => Some("UTF-32"),
+        [1..=255, 0, ..] | [0, 1..=255, ..] => Some("UTF-16"),
+        _ => None,
+    }
+}
+
+/// The error of a text that is not UTF-8 from an offset on: its encoding, its line, and what to do.
+fn not_utf8(bytes: &[u8], offset: usize) -> io::Error {
+    let reason = match other_encoding(bytes) {
+        Some(encoding) => {
+            format!(
+                "it is encoded as {encoding}, and has to be UTF-8: save it as UTF-8, or convert it with `iconv -f {encoding} -t UTF-8`"
+            )
+        }
+        None => {
+            let before = bytes.get(..offset).unwrap_or(bytes);
+            let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+            let byte = bytes.get(offset).copied().unwrap_or_default();
+            format!(
+                "line {line} is not UTF-8: it has the byte 0x{byte:02x}, as a letter with an accent in Latin-1 (ISO 8859-1) \
+                 has; save it as UTF-8, or convert it with `iconv -f ISO-8859-1 -t UTF-8`"
+            )
+        }
+    };
+    io::Error::new(io::ErrorKind::InvalidData, reason)
 }
 
 #[cfg(test)]
@@ -45,6 +83,35 @@ mod tests {
         assert_eq!(error.kind(), io::ErrorKind::FileTooLarge);
         assert!(matches!(cause(&error), Some(BudgetError::Text { what: "a test", max_bytes: 3072 })));
         assert_eq!(read_text(&b"a\xff"[..], "a test", 3).unwrap_err().kind(), io::ErrorKind::InvalidData);
+    }
+
+    #[test]
+    fn a_text_in_another_encoding_is_refused_with_the_encoding_and_the_line() {
+        let utf16 = |text: &str, mark: bool, big: bool| -> Vec<u8> {
+            let units = mark.then_some(0xfeff).into_iter().chain(text.encode_utf16());
+            units.flat_map(|unit| if big { unit.to_be_bytes() } else { unit.to_le_bytes() }).collect()
+        };
+        for mark in [true, false] {
+            for big in [true, false] {
+                let error =
+                    read_text(&utf16("a = 1\n", mark, big)[..], "a test", 100).unwrap_err().to_string();
+                assert!(
+                    error.contains("encoded as UTF-16") && error.contains("iconv"),
+                    "{mark} {big}: {error}"
+                );
+            }
+        }
+        let error = read_text(&b"a = 1\nb = \"Andr\xe9\"\n"[..], "a test", 100).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::InvalidData);
+        let error = error.to_string();
+        assert!(
+            error.starts_with("line 2 ") && error.contains("0xe9") && error.contains("Latin-1"),
+            "{error}"
+        );
+        // A byte order mark of UTF-8 is none of another encoding.
+        assert_eq!(other_encoding(b"\xef\xbb\xbfa = 1"), None);
+        assert_eq!(other_encoding("\u{e9} = 1".as_bytes()), None);
+        assert!(read_text(&b""[..], "a test", 100).unwrap().is_empty());
     }
 
     #[test]

@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use settings::SettingsError;
 
+use crate::overrides::{self, Override};
 use crate::robot::builtin;
-use crate::text;
+use crate::unread::{UnreadFile, unread};
+use crate::{Robot, text};
 
 /// The texts of a robot's configuration files: `leo.toml` and its sibling files.
 ///
@@ -15,6 +17,15 @@ use crate::text;
 pub struct Files {
     leo: Option<PathBuf>,
     texts: Vec<(&'static str, String)>,
+}
+
+/// Where the text of a file comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileSource {
+    /// Its name.
+    pub name: &'static str,
+    /// The file that was read; `None` for the text built into the executable.
+    pub path: Option<PathBuf>,
 }
 
 /// The file names, each with the text built into the executable.
@@ -66,6 +77,58 @@ impl Files {
         self.texts.iter().try_for_each(|(name, text)| fs::write(folder.join(name), text))
     }
 
+    /// These files with values set on the command line, each `section.key=value`. A value is for the first file that has
+    /// its key; `percepts:`, `perspective:`, `motor:` or `leo:` before the key names the file.
+    ///
+    /// # Errors
+    ///
+    /// A value cannot be set, or is invalid; or a file is invalid without them.
+    pub fn with_values(&self, sets: &[String]) -> Result<Self, SettingsError> {
+        let mut files = self.clone();
+        for set in sets {
+            files.set(set)?;
+        }
+        let Err(whole) = Robot::of(&files) else { return Ok(files) };
+        Robot::of(self)?;
+        // The first value with which the configuration is invalid. Values that need each other were set together.
+        let mut so_far = self.clone();
+        for set in sets {
+            so_far.set(set)?;
+            if let Err(SettingsError::Invalid { reason, .. }) = Robot::of(&so_far) {
+                return Err(overrides::error(set, reason));
+            }
+        }
+        Err(whole)
+    }
+
+    fn set(&mut self, set: &str) -> Result<(), SettingsError> {
+        let value = Override::parse(set)?;
+        let is_for = |name: &str| value.file.map_or(name.ends_with(".toml"), |file| file == name);
+        let mut best: Option<(usize, &mut String)> = None;
+        for (_, text) in self.texts.iter_mut().filter(|(name, _)| is_for(name)) {
+            let depth = value.depth_in(text);
+            if best.as_ref().is_none_or(|(known, _)| depth > *known) {
+                best = Some((depth, text));
+            }
+        }
+        if let Some((_, text)) = best {
+            *text = value.apply(text);
+        }
+        Ok(())
+    }
+
+    /// Where each file comes from.
+    #[must_use]
+    pub fn sources(&self) -> Vec<FileSource> {
+        self.texts.iter().map(|(name, _)| FileSource { name, path: self.place(name) }).collect()
+    }
+
+    /// The files of the folder of `leo.toml` that nothing reads.
+    #[must_use]
+    pub fn unread(&self) -> Vec<UnreadFile> {
+        self.leo.as_deref().map_or_else(Vec::new, unread)
+    }
+
     /// The file names with their texts. Written into an empty folder, they describe the same robot.
     #[must_use]
     pub fn texts(&self) -> &[(&'static str, String)] {
@@ -86,14 +149,73 @@ impl Files {
 
     fn place(&self, name: &str) -> Option<PathBuf> {
         let leo = self.leo.as_deref()?;
-        if name == "leo.toml" { Some(leo.to_owned()) } else { crate::Robot::sibling_file(Some(leo), name) }
+        if name == "leo.toml" { Some(leo.to_owned()) } else { Robot::sibling_file(Some(leo), name) }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Robot;
+
+    fn with(sets: &[&str]) -> Result<Robot, String> {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        let files = Files::read(None).unwrap().with_values(&sets);
+        files.and_then(|files| Robot::of(&files)).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_value_is_set_in_the_file_that_has_its_key() {
+        let robot = with(&[
+            "console.address=127.0.0.1:7799",
+            "belief.partners=0",
+            "belief.names=[\"Ann\"]",
+            "threshold=0.25",
+            "motor:joint.0.max_velocity_rad_s=2",
+            "sensor.rate_hz=100",
+        ])
+        .unwrap();
+        assert_eq!(robot.leo.console.address.get().unwrap().port(), 7799);
+        assert_eq!(robot.leo.belief.partners, 0);
+        assert!((robot.percepts.threshold - 0.25).abs() < 1e-9);
+        assert!((robot.motor.joints[0].max_velocity_rad_s - 2.0).abs() < 1e-9);
+        assert!((robot.leo.sensor.rate_hz.get() - 100.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_invalid_value_is_named_and_not_the_file() {
+        for (sets, set, word) in [
+            (&["belief.depth=9"][..], "belief.depth=9", "from 1 to 6"),
+            (&["console.rate_hz=50", "console.adress=none"], "console.adress=none", "`address`?"),
+            (&["consol.rate_hz=50"], "consol.rate_hz=50", "`console`?"),
+            (&["sensor.rate_hz=often"], "sensor.rate_hz=often", "a number"),
+            (&["perspective:belief.depth=2"], "perspective:belief.depth=2", "unknown field `belief`"),
+            (&["learner.goal_rate_hz=5"], "learner.goal_rate_hz=5", "between two goals"),
+        ] {
+            let error = with(sets).unwrap_err();
+            assert!(error.starts_with(&format!("--set {set}: ")) && error.contains(word), "{error}");
+        }
+        // The order of values that need each other does not matter.
+        for sets in [
+            ["learner.goal_rate_hz=5", "motor.command_timeout_ms=1000"],
+            ["motor.command_timeout_ms=1000", "learner.goal_rate_hz=5"],
+        ] {
+            with(&sets).unwrap();
+        }
+    }
+
+    #[test]
+    fn an_invalid_file_is_named_and_not_the_value() {
+        let folder = tempfile::tempdir().unwrap();
+        let leo = folder.path().join("leo.toml");
+        fs::write(&leo, builtin::LEO).unwrap();
+        fs::write(folder.path().join("percepts.toml"), "threshhold = 0.5\n").unwrap();
+        let files = Files::read(Some(&leo)).unwrap();
+        let error = files.with_values(&["belief.depth=2".to_owned()]).unwrap_err().to_string();
+        assert!(error.contains("percepts.toml:1:1"), "{error}");
+        let sources = files.sources();
+        let of = |name: &str| sources.iter().find(|source| source.name == name).unwrap().path.is_some();
+        assert!(of("leo.toml") && of("percepts.toml") && !of("motor.toml") && !of("leo.urdf"));
+    }
 
     #[test]
     fn a_kept_configuration_is_independent_of_later_changes() {

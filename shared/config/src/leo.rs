@@ -341,6 +341,8 @@ pub struct Console {
     pub rate_hz: Hertz,
     /// The address of the page's web server.
     pub address: PageAddress,
+    /// Whether the robot refuses to run if the port of the address is in use; otherwise it takes the next free one.
+    pub port_required: bool,
     /// What is readable without the page's token.
     pub read_without_token: ReadWithoutToken,
     /// How many seconds the black box keeps in memory; 0 disables it.

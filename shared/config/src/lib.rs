@@ -16,15 +16,18 @@ mod load;
 mod migrated;
 pub mod motor;
 mod names;
+mod overrides;
 #[cfg(test)]
 mod renamed_tests;
 mod robot;
 #[cfg(test)]
 mod test_support;
+mod unread;
 
-pub use files::Files;
+pub use files::{FileSource, Files};
 pub use load::{load, text};
 pub use migrated::Migration;
 pub use names::Names;
 pub use robot::Robot;
-pub use settings::{SettingsError, parse, suggest};
+pub use settings::{SettingsError, closest, parse, plain, suggest};
+pub use unread::UnreadFile;

@@ -7,6 +7,7 @@
 
 mod files;
 mod output;
+mod whole_file;
 
 use std::fs::{DirBuilder, File};
 use std::io::{self, Write as _};
@@ -22,6 +23,7 @@ use rustix::io::Errno;
 use rustix::process::geteuid;
 
 pub use output::{Existing, Output, OutputError};
+pub use whole_file::WholeFile;
 
 /// Flags for opening a folder.
 const OPEN_FLAGS: OFlags =

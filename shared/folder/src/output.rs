@@ -1,10 +1,12 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
+use std::os::fd::AsFd as _;
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::Folder;
+use crate::whole_file::WholeFile;
 
 /// Policy for an existing output file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,7 +20,8 @@ pub enum Existing {
 /// Location of an output file: in a folder of this user, or at a path given by the user.
 ///
 /// In both cases, a symbolic link at its name is not followed, because another user may have put it there. An
-/// existing file is kept unless it is to be replaced.
+/// existing file is kept unless it is to be replaced. `-` and `/dev/stdout` are standard output; a device, a pipe and
+/// an open descriptor (`/dev/fd/3`) are written as they are.
 #[derive(Clone, Debug)]
 pub struct Output {
     location: Location,
@@ -40,7 +43,7 @@ pub enum OutputError {
     )]
     Link,
     /// A file of that name exists.
-    #[error("it is there already: name another one, or say --overwrite")]
+    #[error("it exists already, and is kept; name another file, or add --force to replace it")]
     Exists,
     /// An entry of that name exists in a folder of Leo.
     #[error("something of that name is there already")]
@@ -73,6 +76,37 @@ impl Output {
         &self.path
     }
 
+    /// Whether it is standard output.
+    #[must_use]
+    pub fn is_standard_output(&self) -> bool {
+        matches!(self.location, Location::Named(_)) && is_standard_output(&self.path)
+    }
+
+    /// Refuses what [`Self::create`] would refuse, and creates nothing: for a command that would otherwise work first
+    /// and fail later. [`Self::create`] checks again.
+    ///
+    /// # Errors
+    ///
+    /// It is a symbolic link, or exists and is to be kept.
+    pub fn check(&self) -> Result<(), OutputError> {
+        match &self.location {
+            Location::In { folder, name } => {
+                if folder.has(name).unwrap_or(false) {
+                    Err(OutputError::Taken)
+                } else {
+                    Ok(())
+                }
+            }
+            Location::Named(_) if is_open_descriptor(&self.path) => Ok(()),
+            Location::Named(existing) => match fs::symlink_metadata(&self.path) {
+                Ok(there) if there.is_symlink() => Err(OutputError::Link),
+                Ok(there) if there.is_file() && *existing == Existing::Keep => Err(OutputError::Exists),
+                // Any other error is that of creating it.
+                Ok(_) | Err(_) => Ok(()),
+            },
+        }
+    }
+
     /// Creates the file with access for this user only. A device or a pipe is opened as it is.
     ///
     /// # Errors
@@ -88,11 +122,29 @@ impl Output {
         }
     }
 
+    /// Starts a file that is written whole: beside its name, and renamed when it is complete. So an existing file stays
+    /// until then, and no reader sees a part.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::create`].
+    pub fn create_whole(&self) -> io::Result<WholeFile> {
+        let Location::Named(existing) = self.location else { return Ok(WholeFile::in_place(self.create()?)) };
+        self.check()?;
+        let there = fs::symlink_metadata(&self.path);
+        if is_open_descriptor(&self.path) || there.is_ok_and(|there| !there.is_file()) {
+            return Ok(WholeFile::in_place(self.create()?));
+        }
+        WholeFile::beside(&self.path, existing)
+    }
+
     /// Removes a file that could not be written completely. A device is kept.
     pub fn remove(&self) {
         let _gone = match &self.location {
             Location::In { folder, name } => folder.remove(name),
-            Location::Named(_) if self.is_file() => fs::remove_file(&self.path),
+            Location::Named(_) if !is_open_descriptor(&self.path) && self.is_file() => {
+                fs::remove_file(&self.path)
+            }
             Location::Named(_) => Ok(()),
         };
     }
@@ -102,9 +154,16 @@ impl Output {
     }
 
     fn create_named(&self, existing: Existing) -> io::Result<File> {
-        const OWN: u32 = 0o600;
-        let options =
-            |options: &mut OpenOptions| options.write(true).custom_flags(NOFOLLOW).mode(OWN).open(&self.path);
+        if is_standard_output(&self.path) {
+            // The same open file: what is written goes on where earlier output ended.
+            return Ok(File::from(io::stdout().as_fd().try_clone_to_owned()?));
+        }
+        if is_open_descriptor(&self.path) {
+            return OpenOptions::new().append(true).open(&self.path);
+        }
+        let options = |options: &mut OpenOptions| {
+            options.write(true).custom_flags(NOFOLLOW).mode(OWN_MODE).open(&self.path)
+        };
         match options(OpenOptions::new().create_new(true)) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
             made => return made,
@@ -121,6 +180,23 @@ impl Output {
         }
     }
 }
+
+fn is_standard_output(path: &Path) -> bool {
+    ["-", "/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"].iter().any(|name| path == Path::new(name))
+}
+
+/// Whether it names a descriptor of this program. The kernel makes these links, so they are followed.
+fn is_open_descriptor(path: &Path) -> bool {
+    let is_number = |name: &str| name.parse::<u32>().is_ok();
+    let is_in_folder =
+        ["/dev/fd", "/proc/self/fd"].iter().any(|folder| path.parent() == Some(Path::new(folder)));
+    is_standard_output(path)
+        || path == Path::new("/dev/stderr")
+        || is_in_folder && path.file_name().and_then(|name| name.to_str()).is_some_and(is_number)
+}
+
+/// The mode of a new file: access for this user only.
+pub(crate) const OWN_MODE: u32 = 0o600;
 
 /// Do not follow a link that was created after the check.
 const NOFOLLOW: i32 = rustix::fs::OFlags::NOFOLLOW.bits().cast_signed();
@@ -149,7 +225,7 @@ mod tests {
                 assert!(said(&Output::named(link, existing)).contains("symbolic link"), "{existing:?}");
             }
         }
-        assert!(said(&Output::named(&theirs, Existing::Keep)).contains("--overwrite"));
+        assert!(said(&Output::named(&theirs, Existing::Keep)).contains("--force"));
         assert_eq!(fs::read_to_string(&theirs).unwrap(), "kept");
         assert!(!place("nowhere").exists());
         Output::named(&new, Existing::Keep).create().unwrap().write_all(b"new").unwrap();
@@ -173,5 +249,75 @@ mod tests {
         assert_eq!(fs::read_to_string(output.path()).unwrap(), "kept");
         output.remove();
         assert!(!output.path().exists());
+    }
+
+    #[test]
+    fn standard_output_and_open_descriptors_are_no_files_of_a_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("there");
+        fs::write(&file, "kept, ").unwrap();
+        let open = OpenOptions::new().append(true).open(&file).unwrap();
+        let descriptor = format!("/dev/fd/{}", std::os::fd::AsRawFd::as_raw_fd(&open));
+        let output = Output::named(Path::new(&descriptor), Existing::Keep);
+        output.check().unwrap();
+        output.create_whole().unwrap().file().write_all(b"added").unwrap();
+        assert_eq!(fs::read_to_string(&file).unwrap(), "kept, added");
+        for name in ["-", "/dev/stdout", "/proc/self/fd/1"] {
+            let output = Output::named(Path::new(name), Existing::Keep);
+            output.check().unwrap();
+            assert!(output.is_standard_output() && output.create().is_ok(), "{name}");
+        }
+        for name in ["./-", "/dev/stdout2", "/dev/fd/x"] {
+            assert!(!is_open_descriptor(Path::new(name)), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_pipe_is_written_as_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, rustix::fs::Mode::RWXU, 0)
+            .unwrap();
+        let mut reader = OpenOptions::new().read(true).write(true).open(&pipe).unwrap();
+        let output = Output::named(&pipe, Existing::Keep);
+        output.check().unwrap();
+        let mut whole = output.create_whole().unwrap();
+        whole.write_all(b"told").unwrap();
+        whole.finish().unwrap();
+        let mut told = [0; 4];
+        io::Read::read_exact(&mut reader, &mut told).unwrap();
+        assert_eq!(&told, b"told");
+    }
+
+    #[test]
+    fn a_whole_file_appears_complete_or_not_at_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("whole");
+        let names = || fs::read_dir(folder.path()).unwrap().count();
+        let mut begun = Output::named(&file, Existing::Keep).create_whole().unwrap();
+        begun.write_all(b"half").unwrap();
+        assert!(!file.exists());
+        drop(begun);
+        assert_eq!(names(), 0, "a part of it lies about");
+        fs::write(&file, "old").unwrap();
+        assert!(Output::named(&file, Existing::Keep).create_whole().is_err());
+        let mut new = Output::named(&file, Existing::Replace).create_whole().unwrap();
+        new.write_all(b"new").unwrap();
+        assert_eq!(fs::read_to_string(&file).unwrap(), "old");
+        new.finish().unwrap();
+        assert_eq!((fs::read_to_string(&file).unwrap().as_str(), names()), ("new", 1));
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+    }
+
+    #[test]
+    fn a_file_that_appears_while_a_whole_one_is_written_is_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("whole");
+        let mut whole = Output::named(&file, Existing::Keep).create_whole().unwrap();
+        whole.write_all(b"ours").unwrap();
+        fs::write(&file, "theirs").unwrap();
+        assert!(whole.finish().unwrap_err().to_string().contains("--force"));
+        assert_eq!(fs::read_to_string(&file).unwrap(), "theirs");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

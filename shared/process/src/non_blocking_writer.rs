@@ -78,8 +78,8 @@ fn say(words: &Receiver<Message>, dropped_lines: &AtomicU64, mark: &str, out: &m
         };
         let left_out = dropped_lines.swap(0, Ordering::Relaxed);
         if left_out > 0 {
-            let line =
-                format!("{mark}({left_out} lines were dropped here: the output was not read in time)\n");
+            let were = if left_out == 1 { "line was" } else { "lines were" };
+            let line = format!("{mark}({left_out} {were} dropped here: the output was not read in time)\n");
             // As one write call, because other processes write to the same pipe.
             let _written = out.write_all(line.as_bytes());
         }

@@ -62,12 +62,25 @@ pub fn round_i64(value: f64) -> i64 {
 /// A count with its noun, in the plural unless the count is one.
 ///
 /// ```
-/// assert_eq!(quantity::number::counted(1, "example"), "1 example");
-/// assert_eq!(quantity::number::counted(2, "example"), "2 examples");
+/// assert_eq!(quantity::number::counted(1_u32, "example"), "1 example");
+/// assert_eq!(quantity::number::counted(2_u64, "example"), "2 examples");
 /// ```
 #[must_use]
-pub fn counted(count: u32, noun: &str) -> String {
+pub fn counted(count: impl Into<u64>, noun: &str) -> String {
+    let count = count.into();
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
+}
+
+/// A count with words for one and words for another number.
+///
+/// ```
+/// assert_eq!(quantity::number::counted_with(1_u32, "servo says", "servos say"), "1 servo says");
+/// assert_eq!(quantity::number::counted_with(0_u32, "servo says", "servos say"), "0 servos say");
+/// ```
+#[must_use]
+pub fn counted_with(count: impl Into<u64>, one: &str, other: &str) -> String {
+    let count = count.into();
+    format!("{count} {}", if count == 1 { one } else { other })
 }
 
 /// The value, saturating at `u64::MAX`.

@@ -10,8 +10,8 @@ const MAX_FREE_BYTES: u64 = 128_000_000;
 /// The free space to leave on a file's disk, in bytes, if it would be violated with `more` bytes in the file. The robot
 /// needs that space to store what it learned. `None` if there is enough, or if the free space is unknown.
 pub(crate) fn missing_space(file: &Path, more: u64) -> Option<u64> {
-    // Devices have no size.
-    if file.metadata().is_ok_and(|there| !there.is_file()) {
+    // Standard output and devices have no size.
+    if file == Path::new("-") || file.metadata().is_ok_and(|there| !there.is_file()) {
         return None;
     }
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());

@@ -1,11 +1,10 @@
 use std::collections::VecDeque;
-use std::fs::File;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Arc;
 
 use clock::Duration;
-use folder::Output;
+use folder::{Output, WholeFile};
 
 use crate::blocks::BlockBuffer;
 use crate::disk_space::missing_space;
@@ -169,12 +168,19 @@ impl RingSnapshot {
         if let Some(bytes) = missing_space(&file, u64::try_from(size).unwrap_or(u64::MAX)) {
             return Err(RecordError::SnapshotTooLarge { file, bytes });
         }
-        let out = RecordError::create(output)?;
-        let mut sparing = SpaceLimitedFile { out, lacks: |more| missing_space(&file, more), left: None };
+        let out = output
+            .create_whole()
+            .map_err(|source| RecordError::Create { file: output.path().to_owned(), source })?;
+        let unfinished = out.unfinished().map(Path::to_owned);
+        let written = unfinished.clone().unwrap_or_else(|| file.clone());
+        let mut sparing = SpaceLimitedFile { out, lacks: |more| missing_space(&written, more), left: None };
         let saved = self.save(&mut sparing).map(|(_, frames)| frames);
-        let left = sparing.left;
+        let SpaceLimitedFile { out, left, .. } = sparing;
+        let saved = saved.and_then(|frames| out.finish().map(|()| frames).map_err(SaveError::Write));
         saved.map_err(|error| {
-            output.remove();
+            if unfinished.is_none() {
+                output.remove();
+            }
             match (error, left) {
                 (_, Some(bytes)) => RecordError::SnapshotTooLarge { file, bytes },
                 (SaveError::Begin(error), None) => error.of(&file),
@@ -206,7 +212,7 @@ impl RingSnapshot {
 
 /// A file that fails once its disk would have less free space than it must leave.
 struct SpaceLimitedFile<L> {
-    out: File,
+    out: WholeFile,
     lacks: L,
     /// The free space that must be left, set once there is no more to spare.
     left: Option<u64>,
@@ -250,7 +256,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("last.mcap");
         let output = Output::named(&file, Existing::Replace);
-        let whole = {
+        let whole: u64 = {
             assert_eq!(last.write_sparing(&output, |_, _| None).unwrap(), 2000);
             fs::metadata(&file).unwrap().len()
         };
@@ -269,5 +275,11 @@ mod tests {
         // A shortage known in advance does not destroy an existing file.
         fs::write(&file, "").unwrap();
         assert!(on(kept / 2).is_err() && file.exists());
+        // Nor does one that is noticed while it is written.
+        assert!(on(whole - 1).is_err());
+        assert_eq!(
+            (fs::metadata(&file).unwrap().len(), fs::read_dir(folder.path()).unwrap().count()),
+            (0, 1)
+        );
     }
 }

@@ -26,6 +26,14 @@ pub enum SettingsError {
         /// What is wrong, and what would be valid.
         reason: String,
     },
+    /// A value that was set on the command line is invalid.
+    #[error("--set {set}: {reason}")]
+    Set {
+        /// The key and the value, as they were written.
+        set: String,
+        /// What is wrong, and what would be valid.
+        reason: String,
+    },
 }
 
 /// What is wrong at a place of a text, for checks after parsing.

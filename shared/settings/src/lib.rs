@@ -7,9 +7,13 @@
 mod error;
 pub mod number;
 mod parse;
+mod plain;
 mod renamed;
+mod similar;
 
 pub use error::{SettingsError, SpannedError};
 pub use parse::{error_at, parse, suggest};
+pub use plain::plain;
 pub use renamed::{RENAMED, renaming};
+pub use similar::closest;
 pub use toml::Spanned;

@@ -3,10 +3,7 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
-use crate::{SettingsError, renamed};
-
-/// Minimum similarity (Jaro-Winkler, 0 to 1) at which a known key is suggested for an unknown one.
-const MIN_SIMILARITY: f64 = 0.75;
+use crate::{SettingsError, closest, plain, renamed};
 
 /// Parses and checks the text of a TOML file; errors name it as `file`.
 ///
@@ -47,22 +44,20 @@ fn line_and_column(text: &str, span: Option<Range<usize>>) -> (usize, usize) {
     (line, column)
 }
 
-/// Appends the closest expected key to serde's message about an unknown key. Any other message is returned on one line.
+/// Appends the closest expected key to serde's message about an unknown key. Any other message is returned on one line,
+/// in plain words.
 #[must_use]
 pub fn suggest(message: &str) -> String {
     let message = message.trim_end().replace('\n', "; ");
+    let said = plain(&message);
     let mut quoted = message.split('`').skip(1).step_by(2);
     if !message.starts_with("unknown field") && !message.starts_with("unknown variant") {
-        return message;
+        return said;
     }
-    let Some(unknown) = quoted.next() else { return message };
-    let closest = quoted
-        .map(|known| (strsim::jaro_winkler(unknown, known), known))
-        .filter(|(similarity, _)| *similarity >= MIN_SIMILARITY)
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    match closest {
-        Some((_, known)) => format!("{message}; did you mean `{known}`?"),
-        None => message,
+    let Some(unknown) = quoted.next() else { return said };
+    match closest(unknown, quoted) {
+        Some(known) => format!("{said}; did you mean `{known}`?"),
+        None => said,
     }
 }
 

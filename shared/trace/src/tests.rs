@@ -478,7 +478,7 @@ fn a_mistake_is_reported_with_its_place_and_correction() {
         (
             r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "color": "red"}]}"#,
             "observations[0].color: ",
-            "string \"red\", expected a colour as \"#rrggbb\"",
+            "text \"red\", expected a colour as \"#rrggbb\"",
         ),
         (
             r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "colour_srgb8": [0, 256, 0]}]}"#,

@@ -7,6 +7,7 @@ use clap::Args;
 use config::motor::{Device, Joint, Motor};
 
 use super::line::Line;
+use crate::configuration::GlobalSetValues;
 use crate::failure::CommandError;
 
 /// The options that select a bus.
@@ -15,6 +16,8 @@ pub(super) struct BusArgs {
     /// The robot's leo.toml, for the buses and joints in the motor.toml beside it [default: built in]
     #[arg(long, value_name = "FILE", global = true)]
     pub(super) config: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) set: GlobalSetValues,
     /// Only this bus of motor.toml
     #[arg(long, value_name = "NAME", global = true)]
     bus: Option<String>,

@@ -16,11 +16,14 @@ use crate::output::print;
 pub(super) fn migrate(leo: &Path) -> Result<(), CommandError> {
     let files = Robot::migrated(leo).map_err(CommandError::usage)?;
     for file in files.iter().filter(|file| !file.steps.is_empty()) {
-        if backup_path(&file.file).exists() {
-            return Err(CommandError::usage(format!(
-                "{} exists already, and nothing was changed: move it away",
-                backup_path(&file.file).display()
-            )));
+        // The new version is written beside the original, and renamed.
+        for made in [backup_path(&file.file), new(&file.file)] {
+            Output::named(&made, Existing::Keep).check().map_err(|_there| {
+                CommandError::usage(format!(
+                    "{} exists already, and nothing was changed: move it away",
+                    made.display()
+                ))
+            })?;
         }
     }
     replace(&files).map_err(|(file, error)| {
@@ -62,29 +65,34 @@ fn with(file: &Path, ending: &str) -> PathBuf {
 /// The extra files of files that could not be replaced are removed.
 fn replace(files: &[Migration]) -> Result<(), (&Migration, io::Error)> {
     let old: Vec<&Migration> = files.iter().filter(|file| !file.steps.is_empty()).collect();
+    let mut made = Vec::new();
     let mut replaced = 0;
-    let done = old.iter().try_for_each(|&file| prepare(file).map_err(|error| (file, error))).and_then(|()| {
-        old.iter().try_for_each(|&file| {
+    let mut all = || {
+        for (index, &file) in old.iter().enumerate() {
+            prepare(file, |path| made.push((index, path))).map_err(|error| (file, error))?;
+        }
+        for &file in &old {
             fs::rename(new(&file.file), &file.file).map_err(|error| (file, error))?;
             replaced += 1;
-            Ok(())
-        })
-    });
-    for file in old.iter().skip(replaced) {
-        for made in [backup_path(&file.file), new(&file.file)] {
-            // A file that was not created cannot be removed.
-            let _ = fs::remove_file(made);
         }
+        Ok(())
+    };
+    let done = all();
+    // A file of the same name that another program created is kept.
+    for (_, path) in made.iter().filter(|(index, _)| *index >= replaced) {
+        let _ = fs::remove_file(path);
     }
     done
 }
 
-/// Writes the copy and the new version beside a file, synchronised to the disk.
-fn prepare(file: &Migration) -> io::Result<()> {
+/// Writes the copy and the new version beside a file, synchronised to the disk. `created` is told of each as soon as it
+/// exists.
+fn prepare(file: &Migration, mut created: impl FnMut(PathBuf)) -> io::Result<()> {
     let old = fs::metadata(&file.file)?;
     let (backup_path, new) = (backup_path(&file.file), new(&file.file));
     for (path, bytes) in [(backup_path, fs::read(&file.file)?), (new, file.text.clone().into_bytes())] {
-        let mut made = Output::named(&path, Existing::Replace).create()?;
+        let mut made = Output::named(&path, Existing::Keep).create()?;
+        created(path);
         made.write_all(&bytes)?;
         // Only root can change a file's owner.
         let _granted = fchown(&made, Some(old.uid()), Some(old.gid()));

@@ -1,9 +1,8 @@
 //! The evaluated beliefs as a file, for other programs that compute such measures.
 
-use std::fs::File;
 use std::io::{self, BufWriter, Write as _};
 
-use folder::Output;
+use folder::{Output, WholeFile};
 use serde_json::json;
 
 use super::comparison::{EvaluatedPerspective, Hypothesis};
@@ -12,20 +11,20 @@ use super::picture::{Picture, image_box};
 
 /// The file of hypotheses.
 pub(super) struct HypothesisFile {
-    output: Output,
-    out: BufWriter<File>,
+    name: String,
+    out: BufWriter<WholeFile>,
     /// That of a truth in pixels: the hypotheses are written as the CSV of the MOT Challenge. JSON lines otherwise.
     picture: Option<Picture>,
 }
 
 impl HypothesisFile {
     /// Creates the file.
-    pub(super) fn create(output: Output, picture: Option<Picture>) -> io::Result<Self> {
-        let mut out = BufWriter::new(output.create()?);
+    pub(super) fn create(output: &Output, picture: Option<Picture>) -> io::Result<Self> {
+        let mut out = BufWriter::new(output.create_whole()?);
         if picture.is_none() {
             writeln!(out, "{}", json!({ "leo_hypotheses": 1 }))?;
         }
-        Ok(Self { output, out, picture })
+        Ok(Self { name: output.path().display().to_string(), out, picture })
     }
 
     /// Adds a frame: the hypotheses of each perspective, in the order of `perspectives`.
@@ -55,13 +54,13 @@ impl HypothesisFile {
         Ok(())
     }
 
-    /// Writes what is left.
-    pub(super) fn finish(mut self) -> io::Result<()> {
-        self.out.flush()
+    /// Writes what is left, and gives the file its name.
+    pub(super) fn finish(self) -> io::Result<()> {
+        self.out.into_inner().map_err(io::IntoInnerError::into_error)?.finish()
     }
 
     /// The path, for an error.
     pub(super) fn name(&self) -> String {
-        self.output.path().display().to_string()
+        self.name.clone()
     }
 }

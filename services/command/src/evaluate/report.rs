@@ -5,10 +5,11 @@ use std::fmt::Write as _;
 use config::Names;
 use evaluation::{ClearMot, Hota, Identity};
 use quantity::number::{counted, saturating_u32};
-use reports::beliefs::perspective_name;
+use reports::beliefs::{Refusal, perspective_name};
 use serde_json::{Value, json};
 
 use super::comparison::{EvaluatedPerspective, Similarity};
+use crate::trace_quality::Instants;
 
 /// The threshold that the field uses. At the cut-off of a distance the similarity is the same.
 const THRESHOLD: f64 = 0.5;
@@ -26,7 +27,9 @@ pub(super) struct Summary {
     /// Observations without room.
     pub(super) left_out: u64,
     /// Observations that were refused, for each reason, and the place of the first.
-    pub(super) refused: Vec<(String, u64, String)>,
+    pub(super) refused: Vec<Refusal>,
+    /// The instants of the trace.
+    pub(super) instants: Instants,
     pub(super) cut_short: bool,
     /// Agents that the truth names and that have no perspective.
     pub(super) not_simulated: Vec<u16>,
@@ -57,12 +60,13 @@ impl<'a> Report<'a> {
         perspectives: &'a [EvaluatedPerspective],
         similarity: Similarity,
         summary: &'a Summary,
+        names: &Names,
     ) -> Self {
         let measures = |own: &'a EvaluatedPerspective| {
             let path: &[u16] = if own.agent == 0 { &[] } else { &[own.agent] };
             Measures {
                 own,
-                name: perspective_name(&Names::default(), path),
+                name: perspective_name(names, path),
                 clear: own.sequence.clear_mot(THRESHOLD),
                 identity: own.sequence.identity(THRESHOLD),
                 hota: own.sequence.hota(),
@@ -163,8 +167,8 @@ impl<'a> Report<'a> {
             let observations = number_of(*left_out, "observation");
             writeln!(out, "{observations} without room: raise `buffers.max_objects` in leo.toml")?;
         }
-        for (reason, number, first) in &self.summary.refused {
-            let observations = number_of(*number, "observation");
+        for Refusal { reason, observations, first } in &self.summary.refused {
+            let observations = number_of(*observations, "observation");
             writeln!(out, "{observations} refused: {reason} (the first: {first})")?;
         }
         if self.summary.cut_short {
@@ -184,9 +188,6 @@ impl<'a> Report<'a> {
             Similarity::Box => json!({ "kind": "box_iou", "threshold": THRESHOLD }),
             Similarity::Distance { cut_off_m } => json!({ "kind": "distance", "cut_off_m": cut_off_m }),
         };
-        let refused = self.summary.refused.iter().map(
-            |(reason, observations, first)| json!({ "reason": reason, "observations": observations, "first": first }),
-        );
         json!({
             "similarity": similarity,
             "remembered": self.summary.remembered,
@@ -196,7 +197,7 @@ impl<'a> Report<'a> {
             "instants_without_truth": without_truth,
             "observations": observations,
             "left_out": left_out,
-            "refused": refused.collect::<Vec<_>>(),
+            "refused": self.summary.refused,
             "cut_short": self.summary.cut_short,
             "not_simulated": self.summary.not_simulated,
             "perspectives": self.perspectives.iter().map(|own| own.to_json(self.similarity)).collect::<Vec<_>>(),

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use config::Names;
+use quantity::number::{counted, saturating_u32};
 use tasks::{
     Change, Inquiry, Object, OpenQuestion, Signature, ask_about, describe_change, describe_object, listed,
     with_article,
@@ -11,7 +13,7 @@ use super::examples::Examples;
 use super::results::{Conclusion, ExampleResult};
 
 /// The results for one example.
-pub(super) fn example(examples: &Examples, result: &ExampleResult<'_>) -> String {
+pub(super) fn example(examples: &Examples, names: &Names, result: &ExampleResult<'_>) -> String {
     let mut text = String::new();
     if let Some(title) = examples.title.as_ref().filter(|_| result.number == 1) {
         let _ = writeln!(text, "{title}\n");
@@ -19,13 +21,13 @@ pub(super) fn example(examples: &Examples, result: &ExampleResult<'_>) -> String
     let _ = writeln!(text, "example {} (line {})", result.number, result.shown.line);
     for (&perspective, learned) in &result.learned {
         if learned.goals.is_empty() {
-            let _ = writeln!(text, "  {:<10} no rule explains what changed", perspective_label(perspective));
+            let _ = writeln!(text, "  {:<11} no rule explains what changed", names.of(perspective));
         }
         for rule in learned.goals.iter().flatten() {
             let _ = writeln!(
                 text,
-                "  {:<10} {:>3}. {} {:>3} of {:<3} {:.4}  {} {}",
-                perspective_label(perspective),
+                "  {:<11} {:>3}. {} {:>3} of {:<3} {:.4}  {} {}",
+                names.of(perspective),
                 rule.standing.rank,
                 if rule.standing.high_likelihood { '*' } else { ' ' },
                 rule.standing.tally,
@@ -44,8 +46,8 @@ pub(super) fn example(examples: &Examples, result: &ExampleResult<'_>) -> String
             let goal = expectation(&answer.goal);
             let _ = writeln!(
                 text,
-                "  {:<10} {probability} that {name} ({}) is to be {goal}",
-                perspective_label(answer.perspective),
+                "  {:<11} {probability} that {name} ({}) is to be {goal}",
+                names.of(answer.perspective),
                 object.id
             );
         }
@@ -55,7 +57,7 @@ pub(super) fn example(examples: &Examples, result: &ExampleResult<'_>) -> String
 }
 
 /// The final results.
-pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
+pub(super) fn closing(examples: &Examples, names: &Names, conclusion: &Conclusion) -> String {
     let mut text = String::new();
     match (&conclusion.open_question, &conclusion.followed) {
         (Some(open), _) => {
@@ -65,8 +67,12 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
         (None, Some((perspective, learned))) => {
             let spoken =
                 learned.primary().map(|rule| format!("{} {}", rule.name, expectation(&rule.expectation)));
-            let _ =
-                writeln!(text, "Leo follows {}: {}", whom(*perspective), listed(&spoken.collect::<Vec<_>>()));
+            let _ = writeln!(
+                text,
+                "Leo follows {}: {}",
+                whom(names, *perspective),
+                listed(&spoken.collect::<Vec<_>>())
+            );
         }
     }
     for (goal, question, demonstration) in &conclusion.inquiries {
@@ -75,12 +81,8 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
         };
         match question {
             None => {
-                let examples = examples.shown.len();
-                let _ = writeln!(
-                    text,
-                    "No question about {} remains after {examples} examples.",
-                    expectation(goal)
-                );
+                let examples = counted(saturating_u32(examples.shown.len()), "example");
+                let _ = writeln!(text, "No question about {} remains after {examples}.", expectation(goal));
             }
             Some(question) => say("To be asked next", question),
         }
@@ -102,10 +104,6 @@ pub(super) fn expectation(signature: &Signature) -> String {
     describe_change(&Change { signature: signature.clone(), displaced: false })
 }
 
-fn perspective_label(perspective: u16) -> String {
-    if perspective == 0 { "Leo".to_owned() } else { format!("partner {perspective}") }
-}
-
-fn whom(perspective: u16) -> String {
-    if perspective == 0 { "its own view".to_owned() } else { format!("partner {perspective}") }
+fn whom(names: &Names, perspective: u16) -> String {
+    if perspective == 0 { "its own view".to_owned() } else { names.of(perspective) }
 }

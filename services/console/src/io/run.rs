@@ -51,6 +51,9 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Proces
         // Never blocks and never fails: the writer drops what does not fit.
         let everywhere = if web.everywhere { ", and at every other address of this machine" } else { "" };
         let _taken = writeln!(out, "the page is at {}{everywhere}", web.url);
+        if let Some(port) = web.port_in_use {
+            let _taken = writeln!(out, "port {port} was in use, so the page has the next free one");
+        }
     }
     while let Some(now) = member.next_cycle()? {
         let mut lines = event_reader.hear()?;
@@ -179,23 +182,32 @@ impl PageServices {
         lesson: &Lesson,
     ) -> Result<Self, ProcessError> {
         let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
-        let web = robot.leo.console.address.get().and_then(|address| {
+        let console = &robot.leo.console;
+        let web = console.address.get().map(|address| {
             let served = Web::serve(Serving {
                 address,
+                port_required: console.port_required,
                 before: ServerIdentity::read(&launch.domain, launch.state.as_deref()),
                 urdf: robot.urdf.clone(),
                 first,
-                open: robot.leo.console.read_without_token,
+                open: console.read_without_token,
                 domain: launch.domain.clone(),
                 moves_here: robot.leo.link.runs_here(Process::Motor),
                 timeouts: Timeouts::default(),
             });
-            // A missing page must not keep the robot from running.
-            let failed = |error| {
-                tracing::error!("cannot serve the page at {address}: {error}; the robot runs without it");
-            };
-            served.map_err(failed).ok()
+            match served {
+                Ok(web) => Ok(Some(web)),
+                Err(error) if console.port_required => {
+                    Err(ProcessError::own(format!("cannot serve the page at {address}: {error}")))
+                }
+                // A missing page must not keep the robot from running.
+                Err(error) => {
+                    tracing::error!("cannot serve the page at {address}: {error}; the robot runs without it");
+                    Ok(None)
+                }
+            }
         });
+        let web = web.transpose()?.flatten();
         let library = LessonLibrary::new(&robot.leo, launch.state.as_deref(), lesson);
         if let Some(web) = &web {
             if let Err(error) = web.server_identity.persist(&launch.domain, launch.state.as_deref()) {

@@ -27,7 +27,7 @@ use axum::extract::State;
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
-use config::leo::ReadWithoutToken;
+use config::leo::{Console, ReadWithoutToken};
 use crossbeam::channel::{Receiver, Sender, unbounded};
 use tokio::net::{TcpListener, TcpSocket};
 
@@ -167,6 +167,8 @@ impl Drop for PageSlot {
 /// The configuration of the server.
 pub(crate) struct Serving {
     pub(crate) address: SocketAddr,
+    /// Whether another port will not do.
+    pub(crate) port_required: bool,
     /// The port and token of the previous server.
     pub(crate) before: ServerIdentity,
     pub(crate) urdf: String,
@@ -188,6 +190,8 @@ pub(crate) struct Web {
     pub(crate) url: String,
     /// Whether it listens on all addresses of this machine.
     pub(crate) everywhere: bool,
+    /// The configured port, if it was in use and another one was taken.
+    pub(crate) port_in_use: Option<u16>,
     /// The port and token for the next incarnation.
     pub(crate) server_identity: ServerIdentity,
     _stop: tokio::sync::oneshot::Sender<()>,
@@ -195,25 +199,21 @@ pub(crate) struct Web {
 
 impl Web {
     /// Starts the server. Reuses the port and the token of the previous incarnation, which open pages know. If the port
-    /// is taken, it uses a free one.
+    /// is in use, it takes the next free one, unless that port is required.
     ///
     /// # Errors
     ///
-    /// The address does not belong to this machine, or the system has no thread or random number left.
+    /// The address does not belong to this machine, its port is required and in use, or the system has no thread or
+    /// random number left.
     pub(crate) fn serve(serving: Serving) -> io::Result<Self> {
-        let Serving { address, before, urdf, first, open, domain, moves_here, timeouts } = serving;
-        let port = before.port.unwrap_or(address.port());
+        let Serving { address, port_required, before, urdf, first, open, domain, moves_here, timeouts } =
+            serving;
         let mut runtime = tokio::runtime::Builder::new_current_thread();
         // One blocking thread is for raising the emergency stop.
         let runtime = runtime.enable_all().max_blocking_threads(1).build()?;
         let listener = {
             let _entered = runtime.enter();
-            match bind_listener(SocketAddr::new(address.ip(), port)) {
-                Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
-                    bind_listener(SocketAddr::new(address.ip(), 0))?
-                }
-                bound => bound?,
-            }
+            bind_next_free(address, before.port, port_required)?
         };
         let at = listener.local_addr()?;
         let token = before.token.map_or_else(Token::new, Ok)?;
@@ -246,7 +246,16 @@ impl Web {
         );
         let everywhere = here != at;
         let url = format!("http://{here}/{query}");
-        Ok(Self { shared, pending_requests: asked, url, everywhere, server_identity, _stop: stop })
+        let port_in_use = Some(address.port()).filter(|port| *port != 0 && *port != at.port());
+        Ok(Self {
+            shared,
+            pending_requests: asked,
+            url,
+            everywhere,
+            port_in_use,
+            server_identity,
+            _stop: stop,
+        })
     }
 
     /// Number of refused or malformed messages, refused requests and evicted connections.
@@ -260,6 +269,49 @@ impl Web {
     pub(crate) fn open(&self) -> u64 {
         self.shared.counts.open.load(Ordering::Relaxed)
     }
+}
+
+/// The port of the page is in use, and no other one will do.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{address} is in use, and `console.port_required` of leo.toml is true: end the program that uses it (`ss -ltnp` names \
+     it), or choose another `console.address`"
+)]
+pub struct PortInUseError {
+    address: SocketAddr,
+}
+
+/// Refuses a robot whose page needs a port that is in use.
+///
+/// # Errors
+///
+/// The port is required and in use.
+pub fn check_port(console: &Console) -> Result<(), PortInUseError> {
+    let Some(address) = console.address.get().filter(|_| console.port_required) else { return Ok(()) };
+    match std::net::TcpListener::bind(address) {
+        Err(error) if error.kind() == io::ErrorKind::AddrInUse => Err(PortInUseError { address }),
+        // Any other error is reported when the page is served.
+        Ok(_) | Err(_) => Ok(()),
+    }
+}
+
+/// Opens the listening socket: at the port of the previous incarnation, at the configured one, or at the next free one
+/// after it.
+fn bind_next_free(address: SocketAddr, before: Option<u16>, required: bool) -> io::Result<TcpListener> {
+    let is_in_use = |error: &io::Error| error.kind() == io::ErrorKind::AddrInUse;
+    let at = |port| bind_listener(SocketAddr::new(address.ip(), port));
+    if required {
+        return at(address.port()).map_err(|error| {
+            if is_in_use(&error) { io::Error::other(PortInUseError { address }) } else { error }
+        });
+    }
+    for port in before.into_iter().chain(address.port()..=u16::MAX) {
+        match at(port) {
+            Err(error) if is_in_use(&error) => {}
+            bound => return bound,
+        }
+    }
+    Err(io::ErrorKind::AddrInUse.into())
 }
 
 /// Opens the listening socket.

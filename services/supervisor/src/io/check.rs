@@ -4,17 +4,19 @@ mod apply;
 mod measure;
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
 use config::leo::{Leo, Rights};
-use config::{Robot, SettingsError};
+use config::{FileSource, Files, Robot, SettingsError};
 use process::queues;
+use quantity::number::{counted, saturating_u32};
 use realtime::{IdleStateGuard, SerialWorkers};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
+use crate::readiness::cores;
 use crate::readiness::{
     Finding, HotProcess, IdleStatePolicy, Machine, SerialWorkerPriority, System, Verdict, judge,
     judge_wakeup, shared_memory, shared_memory_needed,
@@ -24,8 +26,8 @@ pub use apply::ApplyError;
 /// Options of a check.
 #[derive(Clone, Debug)]
 pub struct CheckOptions {
-    /// The robot's `leo.toml`; `None` for the built-in one.
-    pub config: Option<PathBuf>,
+    /// The robot's configuration files.
+    pub files: Files,
     /// Findings about versions, reported after the configuration.
     pub versions: Vec<Finding>,
     /// Whether to print one JSON document instead of lines.
@@ -70,7 +72,7 @@ pub enum CheckError {
 ///
 /// A configuration file is invalid, a requested change fails, or `out` cannot be written.
 pub fn check(inquiry: &CheckOptions, out: &mut impl Write) -> Result<bool, CheckError> {
-    let robot = Robot::load(inquiry.config.as_deref())?;
+    let robot = Robot::of(&inquiry.files)?;
     let system = System::below(&inquiry.root);
     let look = || inspect(&robot, inquiry, &system);
     match inquiry.deed {
@@ -113,18 +115,40 @@ fn tell(finding: &Finding, out: &mut impl Write) -> std::io::Result<()> {
 
 /// Inspects the configuration and the machine. Has no lasting effect: rights are requested in short-lived threads.
 fn inspect(robot: &Robot, inquiry: &CheckOptions, system: &System) -> Vec<Finding> {
-    let what = inquiry
-        .config
-        .as_ref()
-        .map_or_else(|| "the built-in one".to_owned(), |file| file.display().to_string());
-    let joints = robot.motor.joints.len();
+    let what =
+        inquiry.files.leo().map_or_else(|| "the built-in one".to_owned(), |file| file.display().to_string());
+    let joints = counted(saturating_u32(robot.motor.joints.len()), "joint");
     let version = env!("CARGO_PKG_VERSION");
     let configuration =
-        format!("{what} and the files beside it are valid for this version, Leo {version}: {joints} joints");
+        format!("{what} and the files beside it are valid for this version, Leo {version}: {joints}");
     let mut findings = vec![Finding::new(Verdict::Good, "configuration", configuration)];
+    findings.extend(files_read(&inquiry.files));
     findings.extend(inquiry.versions.iter().cloned());
     findings.extend(judge(system, &machine(robot)));
     findings
+}
+
+/// A finding for each file of the configuration, and one for each file beside them that nothing reads.
+fn files_read(files: &Files) -> impl Iterator<Item = Finding> {
+    let has_folder = files.leo().is_some();
+    let source = move |FileSource { name, path }: FileSource| {
+        let text = match path {
+            Some(path) => format!("{} was read", path.display()),
+            None if has_folder => format!("{name} is the built-in one: there is none beside leo.toml"),
+            None => format!("{name} is the built-in one"),
+        };
+        Finding::new(Verdict::Good, "file", text)
+    };
+    let unread = files.unread().into_iter().map(|file| {
+        let mend = match file.meant {
+            Some(meant) if !file.is_meant_there => {
+                format!("mv {} {}", file.path.display(), file.path.with_file_name(meant).display())
+            }
+            _ => "move it elsewhere, if it is not meant to be read".to_owned(),
+        };
+        Finding { mend: Some(mend), ..Finding::new(Verdict::Warning, "file", file.to_string()) }
+    });
+    files.sources().into_iter().map(source).chain(unread)
 }
 
 fn machine(robot: &Robot) -> Machine {
@@ -165,6 +189,46 @@ fn cores_on_request() -> Vec<u16> {
         own_cores()
     };
     thread::spawn(ask).join().unwrap_or_default()
+}
+
+/// A process is configured for a core that this machine does not have.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "`cores` of [{process}.realtime] names core {core}, and this machine has the cores {existing}: choose among them, or leave the list empty"
+)]
+pub struct CoreError {
+    process: &'static str,
+    core: u16,
+    existing: String,
+}
+
+/// Refuses a robot with a process that is pinned to a core that this machine does not have.
+///
+/// # Errors
+///
+/// The first process, in the order of `leo.toml`, with such a core.
+pub fn check_cores(leo: &Leo) -> Result<(), CoreError> {
+    let existing = cores::existing(&System::below(Path::new("/")), &cores_on_request());
+    for (process, rights) in rights(leo) {
+        if let Some(core) = rights.cores.iter().find(|core| !existing.contains(core)) {
+            return Err(CoreError { process, core: *core, existing: cores::span(&existing) });
+        }
+    }
+    Ok(())
+}
+
+/// The rights that the processes request, with the names of their tables.
+fn rights(leo: &Leo) -> [(&'static str, &Rights); 8] {
+    [
+        ("sensor", &leo.sensor.realtime),
+        ("belief", &leo.belief.realtime),
+        ("learner", &leo.learner.realtime),
+        ("motor", &leo.motor.realtime),
+        ("simulator", &leo.simulator.realtime),
+        ("mock_bus", &leo.mock_bus.realtime),
+        ("console", &leo.console.realtime),
+        ("link", &leo.link.realtime),
+    ]
 }
 
 /// The affinity of the calling thread.

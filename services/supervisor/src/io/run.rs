@@ -136,6 +136,15 @@ pub fn run(options: &RunOptions) -> Result<Outcome, RunError> {
     outcome
 }
 
+/// Writes the configuration files into a folder of the domain, from which the processes read them.
+pub(crate) fn keep_files(domain: &Domain, files: &Files) -> Result<PathBuf, DomainError> {
+    let folder = domain.root().join("configuration");
+    match fs::create_dir_all(&folder).and_then(|()| files.keep(&folder)) {
+        Ok(()) => Ok(folder),
+        Err(source) => Err(DomainError::Write { path: folder, source }),
+    }
+}
+
 /// Snapshot of the configuration taken at start-up, so that restarted processes see the same files.
 struct ConfigurationSnapshot {
     folder: PathBuf,
@@ -145,12 +154,11 @@ struct ConfigurationSnapshot {
 
 impl ConfigurationSnapshot {
     fn keep(options: &RunOptions) -> Result<Self, DomainError> {
-        let folder = options.domain.root().join("configuration");
+        let folder = keep_files(&options.domain, &options.files)?;
         let failed = |path: &Path| {
             let path = path.to_owned();
             move |source| DomainError::Write { path, source }
         };
-        fs::create_dir_all(&folder).and_then(|()| options.files.keep(&folder)).map_err(failed(&folder))?;
         let written = |name: &str, text: Option<&String>| {
             let write = |text| {
                 let file = folder.join(name);

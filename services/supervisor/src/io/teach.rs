@@ -1,9 +1,10 @@
 //! `leo teach`: plays a lesson through the real processes in lockstep time.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clock::Instant;
+use config::Files;
 use config::leo::Leo;
 use message::{Events, Process};
 use process::Launch;
@@ -13,7 +14,7 @@ use transport::{Domain, FrameSubscriber, Node};
 
 use crate::io::conductor::{Conductor, TurnSchedule};
 use crate::io::lockstep_processes::{LockstepError, LockstepProcesses, in_domain};
-use crate::io::run::ORDER;
+use crate::io::run::{ORDER, RunError, keep_files};
 use crate::io::tape::{Record, RecordingFile};
 
 /// Timeout in simulated time for the last performance, counted from the end of the lesson's script.
@@ -28,8 +29,8 @@ pub struct LessonOptions {
     pub domain: Domain,
     /// The validated configuration.
     pub settings: Leo,
-    /// The configuration file, which the processes read themselves.
-    pub config: Option<PathBuf>,
+    /// The configuration files, which the processes read.
+    pub files: Files,
     /// The lesson.
     pub lesson: PathBuf,
     /// Number of performances in the lesson.
@@ -60,8 +61,10 @@ fn play(teaching: &LessonOptions) -> Result<LessonReport, LockstepError> {
     let mut events = node.subscriber::<Events>(None)?;
     let mut recorder =
         teaching.record.as_ref().map(|record| LessonRecorder::open(&node, record)).transpose()?;
+    let kept = keep_files(&teaching.domain, &teaching.files).map_err(RunError::from)?;
     let launch = Launch {
-        config: teaching.config.clone(),
+        config: teaching.files.leo().map(Path::to_owned),
+        kept: Some(kept),
         lesson: Some(teaching.lesson.clone()),
         partners: teaching.partners,
         ..Launch::default()

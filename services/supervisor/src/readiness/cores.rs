@@ -64,21 +64,32 @@ pub(super) fn count(machine: &Machine) -> Finding {
 }
 
 /// Checks that each thread of the pinned hot processes can have a core of its own, as far as there are enough cores.
-pub(super) fn plan(hot: &[HotProcess], machine: &[u16]) -> Finding {
+pub(super) fn plan(system: &System, hot: &[HotProcess], machine: &[u16]) -> Finding {
     let about = "core plan";
     let pinned: Vec<&HotProcess> = hot.iter().filter(|process| !process.cores.is_empty()).collect();
     if pinned.is_empty() {
         return Finding::good(about, "no hot process is pinned to a core");
+    }
+    let existing = existing(system, machine);
+    if let Some((process, core)) =
+        pinned.iter().find_map(|hot| Some((hot, hot.cores.iter().find(|core| !existing.contains(core))?)))
+    {
+        return Finding::broken(
+            about,
+            format!(
+                "{} is configured for core {core}, and this machine has the cores {}",
+                process.name,
+                span(&existing)
+            ),
+            format!("cores among {} in [{}.realtime] of leo.toml", span(machine), process.name),
+        );
     }
     if let Some((process, core)) =
         pinned.iter().find_map(|hot| Some((hot, hot.cores.iter().find(|core| !machine.contains(core))?)))
     {
         return Finding::slower(
             about,
-            format!(
-                "{} is configured for core {core}, which does not exist or which this process may not use",
-                process.name
-            ),
+            format!("{} is configured for core {core}, which this process may not use", process.name),
             format!("cores among {machine:?} in [{}.realtime] of leo.toml", process.name),
         );
     }
@@ -174,10 +185,29 @@ fn names(hot: &[&HotProcess]) -> String {
     hot.iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-pub(super) fn isolation(system: &System, hot: &[HotProcess]) -> Finding {
+/// The cores that the machine has; those that a process may use where the kernel does not say.
+pub(crate) fn existing(system: &System, usable: &[u16]) -> Vec<u16> {
+    let present = parse_list(&system.read(&format!("{CPU}/present")).unwrap_or_default());
+    if present.is_empty() { usable.to_vec() } else { present }
+}
+
+/// Cores in words: `0 to 3`, or the list of cores that are not in one row.
+pub(crate) fn span(cores: &[u16]) -> String {
+    match (cores.first(), cores.last()) {
+        (Some(first), Some(last)) if first < last && usize::from(last - first) + 1 == cores.len() => {
+            format!("{first} to {last}")
+        }
+        _ => cores.iter().map(u16::to_string).collect::<Vec<_>>().join(", "),
+    }
+}
+
+/// Checks that no other program runs on the cores of the hot path. Cores that the machine does not have are no matter of
+/// isolation.
+pub(super) fn isolation(system: &System, hot: &[HotProcess], machine: &[u16]) -> Finding {
     let about = "isolated cores";
     let isolated = parse_list(&system.read(&format!("{CPU}/isolated")).unwrap_or_default());
-    let chosen = chosen(hot);
+    let existing = existing(system, machine);
+    let chosen: Vec<u16> = chosen(hot).into_iter().filter(|core| existing.contains(core)).collect();
     let open: Vec<u16> = chosen.iter().copied().filter(|core| !isolated.contains(core)).collect();
     match (chosen.is_empty(), open.is_empty(), isolated.is_empty()) {
         (true, _, true) => Finding::good(about, "none, and no hot process is pinned to a core"),

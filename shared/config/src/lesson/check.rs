@@ -219,12 +219,8 @@ fn named<'a, T>(
         return Ok(known.swap_remove(found).1);
     }
     let list: Vec<String> = known.iter().map(|(known, _)| format!("`{known}`")).collect();
-    let closest = known
-        .iter()
-        .map(|(known, _)| (strsim::jaro_winkler(name.get_ref(), known), known))
-        .filter(|(similarity, _)| *similarity >= 0.6)
-        .max_by(|a, b| a.0.total_cmp(&b.0));
-    let hint = closest.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"));
+    let closest = settings::closest(name.get_ref(), known.iter().map(|(known, _)| *known));
+    let hint = closest.map_or(String::new(), |known| format!("; did you mean `{known}`?"));
     let there_is = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
     Err(SpannedError::at(name, format!("unknown {what} `{}`: there is {there_is}{hint}", name.get_ref())))
 }

@@ -18,9 +18,9 @@ pub struct PerspectiveRecord<'a> {
 }
 
 impl PerspectiveRecord<'_> {
-    /// Its display name, with the agents by number.
-    pub(crate) fn name(&self) -> String {
-        perspective_name(&Names::default(), self.head.path.agents().unwrap_or_default())
+    /// Its display name.
+    pub(crate) fn name(&self, names: &Names) -> String {
+        perspective_name(names, self.head.path.agents().unwrap_or_default())
     }
 
     /// Whether its partner has not been observed yet.

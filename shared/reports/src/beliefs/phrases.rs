@@ -6,6 +6,7 @@ use message::{Belief, Difference, Feature};
 #[derive(Clone, Debug)]
 pub struct PerceptPhrases {
     percepts: Vec<Word>,
+    names: Names,
     /// The percept that gives a thing's position.
     pub position: Option<u16>,
     /// The percepts that classify a thing, in word order: the noun is last.
@@ -34,11 +35,24 @@ impl PerceptPhrases {
         });
         Self {
             percepts: words.collect(),
+            names: Names::default(),
             position: percepts.place(),
             class: class.collect(),
             nouns: percepts.nearest_in(Space::Shape).collect(),
             states: states.collect(),
         }
+    }
+
+    /// The same, with the agents' names.
+    #[must_use]
+    pub fn with_names(self, names: &Names) -> Self {
+        Self { names: names.clone(), ..self }
+    }
+
+    /// The agents' names.
+    #[must_use]
+    pub fn names(&self) -> &Names {
+        &self.names
     }
 
     /// The name of a percept.
@@ -135,11 +149,6 @@ pub fn perspective_name(names: &Names, agents: &[u16]) -> String {
         [] => names.of(0),
         agents => agents.iter().map(|agent| names.of(*agent)).collect::<Vec<_>>().join("'s "),
     }
-}
-
-/// The display name of an agent where no names are configured.
-pub(crate) fn agent_name(agent: u16) -> String {
-    Names::default().of(agent)
 }
 
 /// A position in words.

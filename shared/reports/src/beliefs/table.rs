@@ -3,11 +3,12 @@
 use std::fmt::{self, Write as _};
 
 use clock::Instant;
+use config::Names;
 use message::{Belief, Difference, NOBODY};
-use quantity::number::{counted, saturating_u32};
+use quantity::number::{counted, counted_with, saturating_u32};
 
 use super::perspective_record::PerspectiveRecord;
-use super::phrases::{PerceptPhrases, agent_name, place};
+use super::phrases::{PerceptPhrases, place};
 use super::summary::{Refusal, Summary};
 
 /// Writes the final beliefs of every perspective, its differences from the robot's, and the summary.
@@ -25,7 +26,7 @@ pub(crate) fn write(
         }
         writeln!(out)?;
     }
-    write_summary(summary, out)
+    write_summary(words.names(), summary, out)
 }
 
 /// A belief in words, without its identity.
@@ -39,13 +40,13 @@ pub(crate) fn describe(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, bel
         text += &format!(", {state}");
     }
     if belief.held_by != NOBODY {
-        text += &format!(", held by {}", agent_name(belief.held_by));
+        text += &format!(", held by {}", words.names().of(belief.held_by));
     }
     text
 }
 
 fn write_mind(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, out: &mut String) -> fmt::Result {
-    let (head, name) = (mind.head, mind.name());
+    let (head, name) = (mind.head, mind.name(words.names()));
     if mind.was_never_observed() {
         return writeln!(out, "{name} was never there");
     }
@@ -60,19 +61,27 @@ fn write_mind(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, out: &mut St
             Instant::from_nanos(head.header.valid_at_ns).since(Instant::from_nanos(belief.perceived_at_ns));
         let Belief { id, observations, .. } = belief;
         let text = describe(words, mind, belief);
-        writeln!(out, "  {id:>4}  {text:<56} {observations:>6} times, {:.2} s ago", age.as_secs_f64())?;
+        writeln!(
+            out,
+            "  {id:>4}  {text:<56} {:>12}, {:.2} s ago",
+            counted(*observations, "time"),
+            age.as_secs_f64()
+        )?;
     }
     if head.overflowed > 0 {
         let count = head.overflowed;
+        let count =
+            counted_with(count, "observation, belief or occluder", "observations, beliefs or occluders");
         writeln!(
             out,
-            "  {count} observations, beliefs or occluders did not fit: raise buffers.max_objects in leo.toml, or \
+            "  {count} did not fit: raise buffers.max_objects in leo.toml, or \
              occluders.max_count in perspective.toml"
         )?;
     }
     if head.refused > 0 {
-        let count = head.refused;
-        writeln!(out, "  {count} observations or evaluations were refused: invalid, too old, or too new")?;
+        let count =
+            counted_with(head.refused, "observation or evaluation was", "observations or evaluations were");
+        writeln!(out, "  {count} refused: invalid, too old, or too new")?;
     }
     if head.perspective != 0 {
         for difference in mind.differences {
@@ -108,24 +117,26 @@ fn write_difference(
     }
 }
 
-fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
+fn write_summary(names: &Names, summary: &Summary, out: &mut String) -> fmt::Result {
     let Summary { frames, earlier, observations, refused, left_out, cut_short, not_simulated, .. } = summary;
-    writeln!(out, "{frames} frames, {observations} observations")?;
+    writeln!(out, "{}, {}", counted(*frames, "frame"), counted(*observations, "observation"))?;
     for refusal in refused {
         let Refusal { reason, observations, first } = refusal;
-        writeln!(out, "{observations} observations refused: {reason} (the first: {first})")?;
+        writeln!(out, "{} refused: {reason} (the first: {first})", counted(*observations, "observation"))?;
     }
     if *earlier > 0 {
         writeln!(
             out,
-            "{earlier} frames are earlier than a previous one, and take its time: time never runs backwards"
+            "{} earlier than a previous one, at whose time they count: time never runs backwards",
+            counted_with(*earlier, "frame is", "frames are")
         )?;
     }
     if *left_out > 0 {
-        writeln!(out, "{left_out} observations did not fit: raise buffers.max_objects in leo.toml")?;
+        let left_out = counted(*left_out, "observation");
+        writeln!(out, "{left_out} did not fit: raise buffers.max_objects in leo.toml")?;
     }
     if let Some(max) = not_simulated.last() {
-        let partners: Vec<String> = not_simulated.iter().map(|partner| agent_name(*partner)).collect();
+        let partners: Vec<String> = not_simulated.iter().map(|partner| names.of(*partner)).collect();
         let partners = partners.join(", ");
         writeln!(
             out,

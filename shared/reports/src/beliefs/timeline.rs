@@ -3,12 +3,13 @@ use std::fmt::Write as _;
 
 use belief::percepts::Percepts;
 use clock::{Duration, Instant};
+use config::Names;
 use message::{Belief, NOBODY};
 use quantity::distance;
 
 use super::BeliefReport;
 use super::perspective_record::PerspectiveRecord;
-use super::phrases::{PerceptPhrases, agent_name, place};
+use super::phrases::{PerceptPhrases, place};
 use super::summary::Summary;
 use super::table;
 
@@ -56,6 +57,12 @@ impl Timeline {
     pub fn new(percepts: &Percepts) -> Self {
         Self { words: PerceptPhrases::of(percepts), first: None, minds: BTreeMap::new() }
     }
+
+    /// The same, with the agents' names.
+    #[must_use]
+    pub fn with_names(self, names: &Names) -> Self {
+        Self { words: self.words.with_names(names), ..self }
+    }
 }
 
 impl BeliefReport for Timeline {
@@ -63,7 +70,7 @@ impl BeliefReport for Timeline {
     fn append(&mut self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         let at = Instant::from_nanos(at_ns);
         let first = *self.first.get_or_insert(at);
-        let mut lines = Lines { since: at.since(first), out };
+        let mut lines = Lines { since: at.since(first), names: self.words.names(), out };
         for mind in minds {
             let reported = self.minds.entry(mind.head.perspective).or_default();
             reported.presence(mind, &mut lines);
@@ -82,13 +89,15 @@ impl BeliefReport for Timeline {
 /// Lines of one instant.
 struct Lines<'a> {
     since: Duration,
+    names: &'a Names,
     out: &'a mut String,
 }
 
 impl Lines<'_> {
     fn write_line(&mut self, who: &PerspectiveRecord<'_>, words: &str) {
         // Writing to a string cannot fail.
-        let _ = writeln!(self.out, "[{:7.2} s] {:<10} {words}", self.since.as_secs_f64(), who.name());
+        let _ =
+            writeln!(self.out, "[{:7.2} s] {:<11} {words}", self.since.as_secs_f64(), who.name(self.names));
     }
 }
 
@@ -223,7 +232,7 @@ impl ReportedBelief {
             self.held_by = belief.held_by;
             tell(&match belief.held_by {
                 NOBODY => "nobody holds it".to_owned(),
-                holder => format!("{} holds it", agent_name(holder)),
+                holder => format!("{} holds it", words.names().of(holder)),
             });
         }
     }

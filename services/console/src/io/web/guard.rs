@@ -182,12 +182,11 @@ impl AccessRequest<'_> {
         let host = host(self.headers, self.uri).ok_or(AccessError::NoHost)?;
         // DNS rebinding: a foreign site whose name resolves to this machine would count as same-origin.
         // Such a request has neither the token nor the cookie.
-        if !is_known && !has_cookie && !is_own_name(host) {
+        let host = HostName::parse(host).ok_or(AccessError::OtherHost)?;
+        if !is_known && !has_cookie && !host.is_own() {
             return Err(AccessError::OtherHost);
         }
-        if let Some(origin) = text(self.headers, header::ORIGIN)
-            && origin.split_once("://").map(|(_, origin)| origin) != Some(host)
-        {
+        if text(self.headers, header::ORIGIN).is_some_and(|origin| !host.is_of_origin(origin)) {
             return Err(AccessError::OtherOrigin);
         }
         // A page on another port of this host may ask too; browsers mark such requests as same-site.
@@ -252,12 +251,41 @@ fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
     headers.get(name).and_then(|value| value.to_str().ok())
 }
 
-/// Whether a host cannot be a DNS name under foreign control: an IP address or a local name.
-fn is_own_name(host: &str) -> bool {
-    let name = if host.ends_with(']') { host } else { host.rsplit_once(':').map_or(host, |(name, _)| name) };
-    let name = name.trim_start_matches('[').trim_end_matches(']');
-    let is_local = !name.contains('.') || name.ends_with(".local") || name.ends_with(".localhost");
-    name.parse::<IpAddr>().is_ok() || (is_local && !name.is_empty())
+/// The host that a request is for. Names are compared as RFC 9110 and RFC 3986 do: without regard to case, with the
+/// default port where none is written, and a dot at the end of a complete name means nothing.
+#[derive(Debug, PartialEq, Eq)]
+struct HostName {
+    name: String,
+    /// The port, if one is written.
+    port: Option<u16>,
+}
+
+impl HostName {
+    /// Parses `name` or `name:port`; an IPv6 address is in brackets. `None` without a name, or with a port that is no
+    /// number.
+    fn parse(host: &str) -> Option<Self> {
+        let (name, port) =
+            if host.ends_with(']') { (host, "") } else { host.rsplit_once(':').unwrap_or((host, "")) };
+        let port = if port.is_empty() { None } else { Some(port.parse().ok()?) };
+        let name = name.strip_suffix('.').unwrap_or(name).to_ascii_lowercase();
+        (!name.is_empty()).then_some(Self { name, port })
+    }
+
+    /// Whether it cannot be a DNS name under foreign control: an IP address or a local name.
+    fn is_own(&self) -> bool {
+        let name = self.name.trim_start_matches('[').trim_end_matches(']');
+        let is_local = !name.contains('.') || name.ends_with(".local") || name.ends_with(".localhost");
+        name.parse::<IpAddr>().is_ok() || (is_local && !name.is_empty())
+    }
+
+    /// Whether a page of this origin was served by this host. A host without a port has the default one of the
+    /// origin's scheme.
+    fn is_of_origin(&self, origin: &str) -> bool {
+        let Some((scheme, host)) = origin.split_once("://") else { return false };
+        let default_port = if scheme.eq_ignore_ascii_case("https") { 443 } else { 80 };
+        let port = |host: &Self| host.port.unwrap_or(default_port);
+        Self::parse(host).is_some_and(|origin| origin.name == self.name && port(&origin) == port(self))
+    }
 }
 
 #[cfg(test)]

@@ -22,6 +22,7 @@ const HOUR: Duration = Duration::from_secs(3600);
 fn serving(timeouts: Timeouts) -> Serving {
     Serving {
         address: SocketAddr::from(([127, 0, 0, 1], 0)),
+        port_required: false,
         before: ServerIdentity::default(),
         urdf: "<robot/>".to_owned(),
         first: 1,
@@ -588,4 +589,35 @@ fn an_excess_message_is_answered_by_number_and_ignored() {
     // The page is rate-limited although the loop has not processed any request.
     assert!(refused["answer"].as_u64().unwrap() >= 60, "{refused}");
     assert!(web.pending_requests.try_iter().all(|asked| asked.requester.id != refused["answer"].as_u64()));
+}
+
+#[test]
+fn a_port_in_use_is_replaced_by_the_next_free_one_or_refused() {
+    // Two neighbouring ports that this test holds, and one after them that is free.
+    let (first, _second, address) = (0..100)
+        .find_map(|_| {
+            let first = std::net::TcpListener::bind(("127.0.0.1", 0)).unwrap();
+            let address = first.local_addr().unwrap();
+            let second = std::net::TcpListener::bind(("127.0.0.1", address.port().checked_add(1)?)).ok()?;
+            let third = std::net::TcpListener::bind(("127.0.0.1", address.port().checked_add(2)?)).ok()?;
+            drop(third);
+            Some((first, second, address))
+        })
+        .unwrap();
+    let web = Web::serve(Serving { address, ..serving(ENDLESS) }).unwrap();
+    let next = address.port() + 2;
+    assert_eq!((web.server_identity.port, web.port_in_use), (Some(next), Some(address.port())));
+    let required = || Serving { address, port_required: true, ..serving(ENDLESS) };
+    let error = Web::serve(required()).err().unwrap().to_string();
+    assert!(error.contains(&address.to_string()) && error.contains("console.port_required"), "{error}");
+    let mut console = config::Robot::load(None).unwrap().leo.console;
+    let text = format!("{address}");
+    console.address = config::leo::PageAddress::try_from(text).unwrap();
+    assert!(check_port(&console).is_ok(), "another port will do");
+    console.port_required = true;
+    assert_eq!(check_port(&console).unwrap_err().to_string(), error);
+    drop(first);
+    assert!(check_port(&console).is_ok());
+    let web = Web::serve(required()).unwrap();
+    assert_eq!((web.server_identity.port, web.port_in_use), (Some(address.port()), None));
 }

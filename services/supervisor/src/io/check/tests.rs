@@ -22,7 +22,7 @@ fn folder() -> tempfile::TempDir {
 
 fn inquiry(root: &Path, deed: MachineChange) -> CheckOptions {
     CheckOptions {
-        config: None,
+        files: Files::read(None).unwrap(),
         versions: Vec::new(),
         json: false,
         measure: Duration::ZERO,
@@ -73,13 +73,30 @@ fn each_bus_adds_a_motor_thread_and_each_mock_bus_another() {
 }
 
 #[test]
-fn a_wrong_file_is_named() {
-    let wrong = CheckOptions {
-        config: Some("/nowhere/leo.toml".into()),
-        ..inquiry(Path::new("/"), MachineChange::Inspect)
-    };
-    let refused = check(&wrong, &mut Vec::new()).unwrap_err();
-    assert!(refused.to_string().contains("/nowhere/leo.toml"), "{refused}");
+fn each_file_is_named_with_where_it_comes_from() {
+    let folder = tempfile::tempdir().unwrap();
+    let leo = folder.path().join("leo.toml");
+    let builtin = Files::read(None).unwrap();
+    builtin.keep(folder.path()).unwrap();
+    let motors = leo.with_file_name("motors.toml");
+    fs::rename(leo.with_file_name("motor.toml"), &motors).unwrap();
+    let files = Files::read(Some(&leo)).unwrap();
+    let found: Vec<Finding> = files_read(&files).collect();
+    let texts: Vec<&str> = found.iter().map(|finding| finding.text.as_str()).collect();
+    assert!(texts.contains(&format!("{} was read", leo.display()).as_str()), "{texts:?}");
+    assert!(texts.iter().any(|text| text.starts_with("motor.toml is the built-in one")), "{texts:?}");
+    let warning = found.last().unwrap();
+    assert_eq!((warning.verdict, found.len()), (Verdict::Warning, 6));
+    assert_eq!(warning.text, format!("{} is read by nothing; did you mean motor.toml?", motors.display()));
+    assert_eq!(
+        warning.mend.as_deref(),
+        Some(format!("mv {} {}", motors.display(), leo.with_file_name("motor.toml").display()).as_str())
+    );
+    let mut out = Vec::new();
+    let options = CheckOptions { files, ..inquiry(Path::new("/"), MachineChange::Inspect) };
+    check(&options, &mut out).unwrap();
+    let out = String::from_utf8(out).unwrap();
+    assert!(out.contains("warning  file") && out.contains("did you mean motor.toml?"), "{out}");
 }
 
 #[test]
@@ -94,8 +111,8 @@ fn the_findings_are_one_json_document() {
     let findings: serde_json::Value = serde_json::from_slice(&out).unwrap();
     let abouts: Vec<&str> =
         findings.as_array().unwrap().iter().map(|finding| finding["about"].as_str().unwrap()).collect();
-    assert_eq!(abouts.len(), 20, "{abouts:?}");
-    assert_eq!(abouts[18..], ["wake-up of sensor", "wake-up of motor"]);
+    assert_eq!(abouts.len(), 25, "{abouts:?}");
+    assert_eq!(abouts[23..], ["wake-up of sensor", "wake-up of motor"]);
     assert_eq!(findings[0]["verdict"], "good");
 }
 
@@ -142,4 +159,25 @@ fn a_setting_that_cannot_be_journalled_is_not_changed() {
     let refused = check(&inquiry(root.path(), MachineChange::Apply), &mut Vec::new()).unwrap_err();
     assert!(refused.to_string().contains("as root"), "{refused}");
     assert_eq!(governor(root.path()), "powersave\n");
+}
+
+#[test]
+fn a_core_that_the_machine_lacks_is_an_error_without_advice_to_isolate_it() {
+    let mut robot = Robot::load(None).unwrap();
+    assert_eq!(check_cores(&robot.leo), Ok(()));
+    robot.leo.motor.realtime.cores = vec![0, 999];
+    let error = check_cores(&robot.leo).unwrap_err();
+    assert_eq!((error.process, error.core), ("motor", 999));
+    assert!(error.to_string().contains("this machine has the cores 0"), "{error}");
+    let findings = judge(&System::below(Path::new("/")), &machine(&robot));
+    let broken: Vec<&Finding> =
+        findings.iter().filter(|finding| finding.verdict == Verdict::Broken).collect();
+    assert!(
+        broken.iter().any(|finding| finding.about == "core plan" && finding.text.contains("core 999")),
+        "{broken:?}"
+    );
+    for finding in &findings {
+        let mend = finding.mend.as_deref().unwrap_or_default();
+        assert!(!(mend.contains("isolcpus") && mend.contains("999")), "{mend}");
+    }
 }

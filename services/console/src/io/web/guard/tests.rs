@@ -155,3 +155,42 @@ fn every_client_may_stop_the_robot_except_pages_of_another_origin() {
     assert_eq!(stop("127.0.0.1:7780", &[origin("null")]), Err(AccessError::OtherOrigin));
     assert_eq!(stop("evil.example", &[origin("http://evil.example")]), Err(AccessError::OtherHost));
 }
+
+#[test]
+fn host_names_are_compared_without_regard_to_case_final_dot_and_default_port() {
+    let policy = access_policy(ReadWithoutToken::Page);
+    let live = |host: &str, origin: &str| {
+        asked(&policy, &Method::GET, host, "/live", &[("origin", origin.to_owned())])
+    };
+    for (host, origin) in [
+        ("LOCALHOST:7780", "http://localhost:7780"),
+        ("localhost:7780", "http://LocalHost:7780"),
+        ("LOCALHOST:7780", "HTTP://LOCALHOST:7780"),
+        ("localhost.:7780", "http://localhost:7780"),
+        ("Leo.LOCAL.", "http://leo.local"),
+        ("leo.local:80", "http://leo.local"),
+        ("leo.local", "http://leo.local:80"),
+        ("leo.local:443", "https://leo.local"),
+        ("leo.local", "https://leo.local:443"),
+        ("leo.local:", "http://leo.local"),
+        ("[::1]:80", "http://[::1]"),
+        ("[FE80::1]", "http://[fe80::1]"),
+    ] {
+        assert_eq!(live(host, origin), Ok(Access::Read), "{host} {origin}");
+    }
+    for (host, origin) in [
+        ("localhost:7780", "http://localhost"),
+        ("localhost", "https://localhost:80"),
+        ("localhost:80", "https://localhost"),
+        ("leo.local", "http://leo.local.example"),
+        ("localhost:7780", "http://localhost:7781"),
+        ("localhost:7780", "localhost:7780"),
+    ] {
+        assert_eq!(live(host, origin), Err(AccessError::OtherOrigin), "{host} {origin}");
+    }
+    for host in
+        ["EVIL.EXAMPLE", "evil.example.", "evil.local.example", ".", ".:80", "localhost:x", "localhost:99999"]
+    {
+        assert_eq!(live(host, &format!("http://{host}")), Err(AccessError::OtherHost), "{host}");
+    }
+}
