@@ -178,7 +178,7 @@ impl Evaluate {
         let text = if self.json { output::to_json(&report.to_json())? } else { report.to_text() };
         output::print_beside(&outputs, &text)?;
         if let Some(trace) = &self.trace {
-            let Summary { observations, refused, cut_short, instants, .. } = &summary;
+            let Summary { observations, refused, instants, .. } = &summary;
             trace_quality::judge(trace, instants, *observations, refused)?;
         }
         Ok(ExitCode::SUCCESS)

@@ -87,7 +87,7 @@ impl Senses {
         };
         self.hands += usize::from(is_hand);
         self.perceived.push(*entry);
-        if visibility < 1.0 && !self.doubt(visibility) {
+        if visibility < 1.0 && !self.scale_confidence(visibility) {
             self.perceived.pop();
             self.hidden += 1;
             if let Some(visible) = self.visible.last_mut() {
@@ -108,7 +108,7 @@ impl Senses {
     }
 
     /// Scales the confidence of the last observation by its visibility; `false` if no percept passes any more (Eq. 2).
-    fn doubt(&mut self, visibility: f64) -> bool {
+    fn scale_confidence(&mut self, visibility: f64) -> bool {
         self.perceived.last_mut().is_some_and(|Perceived { observation, snapshot }| {
             observation.confidence *= single(visibility);
             *snapshot = self.perception.perceive(observation, &self.frame);

@@ -10,8 +10,10 @@ use super::settings::Tracking;
 /// neglected.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Track {
-    /// The instant of the last sighting, to which the state belongs.
+    /// The instant to which the state belongs: that of the last sighting, or later if the thing was carried.
     at: Instant,
+    /// The instant of the last sighting.
+    seen_at: Instant,
     sightings: u32,
     axes: [Axis; 3],
 }
@@ -46,10 +48,10 @@ impl Track {
     pub(crate) fn new(sighting: &Sighting, settings: &Tracking) -> Self {
         let of_velocity = single(settings.speed_sd_m_s.powi(2));
         let axes = sighting.axes().map(|observed| Axis::new(observed, of_velocity));
-        Self { at: sighting.at, sightings: 1, axes }
+        Self { at: sighting.at, seen_at: sighting.at, sightings: 1, axes }
     }
 
-    /// The instant of the last sighting.
+    /// The instant to which the state belongs: that of the last sighting, or later if the thing was carried.
     pub(crate) const fn at(&self) -> Instant {
         self.at
     }
@@ -101,10 +103,15 @@ impl Track {
     /// of the track begins it anew: the thing moves as it was not expected to, and its velocity is unknown again.
     #[inline]
     pub(crate) fn add(&mut self, sighting: &Sighting, settings: &Tracking) {
-        if sighting.at <= self.at {
+        if sighting.at <= self.seen_at {
             return;
         }
         let sightings = self.sightings.saturating_add(1);
+        // A sighting says more than the place of a carrier, also if that is newer.
+        if sighting.at <= self.at {
+            *self = Self { sightings, ..Self::new(sighting, settings) };
+            return;
+        }
         self.axes = self.predicted(sighting.at, settings);
         if squared_mahalanobis(&self.axes, sighting) > settings.gate_sd.powi(2) {
             *self = Self { sightings, ..Self::new(sighting, settings) };
@@ -113,10 +120,10 @@ impl Track {
         for (axis, observed) in self.axes.iter_mut().zip(sighting.axes()) {
             axis.correct(observed);
         }
-        (self.at, self.sightings) = (sighting.at, sightings);
+        (self.at, self.seen_at, self.sightings) = (sighting.at, sighting.at, sightings);
     }
 
-    /// Moves the thing with what carries it, as if it had been seen: it is at a position at an instant and has a velocity.
+    /// Moves the thing with what carries it, as if it had been seen there, until it is seen: it is at a position at an instant and has a velocity.
     /// The variances are those of the last sighting.
     pub(crate) fn carry(&mut self, instant: Instant, position_m: [f32; 3], velocity_m_s: [f32; 3]) {
         self.at = self.at.max(instant);
@@ -129,9 +136,9 @@ impl Track {
 
     /// The track of a thing that has two: the later one, or the earlier with the only sighting of the later.
     pub(crate) fn merged(self, other: Self, settings: &Tracking) -> Self {
-        let is_before = (self.at, self.sightings) < (other.at, other.sightings);
+        let is_before = (self.seen_at, self.sightings) < (other.seen_at, other.sightings);
         let (mut earlier, later) = if is_before { (self, other) } else { (other, self) };
-        if later.sightings > 1 || earlier.at == later.at {
+        if later.sightings > 1 || earlier.seen_at == later.seen_at {
             return later;
         }
         earlier.add(&later.last_sighting(), settings);

@@ -59,6 +59,28 @@ impl Carriers {
         self.carried.get(slot as usize).copied().unwrap_or(Carried::NotSought)
     }
 
+    /// Whether one thing is another, or moves with it through any number of carriers.
+    pub(super) fn moves_with(&self, slot: u32, other: u32) -> bool {
+        let mut at = slot;
+        for _ in 0..self.carried.len() {
+            if at == other {
+                return true;
+            }
+            match self.carried(at) {
+                Carried::By {
+                    carrier: Carrier::Container { slot, .. } | Carrier::Support { slot, .. },
+                    ..
+                } => {
+                    at = slot;
+                }
+                Carried::NotSought | Carried::ByNothing | Carried::By { carrier: Carrier::Hand(_), .. } => {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
     /// Where the belief with an identity in a slot was expected at the end of the last step.
     pub(super) fn placed(&self, slot: u32, id: u64) -> Option<[f32; 3]> {
         let (of, place_m) = *self.placed.get(slot as usize)?;

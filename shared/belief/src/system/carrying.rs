@@ -2,18 +2,19 @@
 
 use clock::Instant;
 use geometry::{Pose, Position};
-use message::{Feature, NOBODY, Observation, SourceSet};
+use message::{Feature, NOBODY, Perceived, SourceSet};
 use quantity::distance;
 
 use super::belief_system::BeliefSystem;
 use super::carriers::{Carried, Carrier, Carriers};
-use super::sources::Admission;
+use super::hands::HandError;
+use super::step_builder::MAX_CLOCK_AHEAD;
 
 /// The frame of the perspective.
 #[derive(Clone, Copy, Debug)]
 struct Perspective;
 
-/// Number of carriers sought per step. What is missed beyond it is sought in the next step.
+/// Number of carriers sought per step. Further missed things are handled in the next step.
 const MAX_SEARCHES: usize = 4;
 
 /// Largest distance between the centre of a thing and that of what it is in or on.
@@ -29,25 +30,27 @@ struct BoundingBox {
 }
 
 impl BeliefSystem {
-    /// Records a hand in this step. Without carrying, it has no effect.
-    pub(super) fn observe_hand(&mut self, observation: &Observation) {
+    /// Records a hand in this step. One of which no percept passes has no effect (Eq. 2), and neither has any hand
+    /// without carrying.
+    ///
+    /// A hand is not part of a frame of its source: what is missed is decided by the frames of things.
+    pub(super) fn observe_hand(&mut self, perceived: &Perceived) {
+        let Perceived { observation, snapshot } = perceived;
         let observed_at = Instant::from_nanos(observation.observed_at_ns);
         let now = self.now;
-        let Some(carriers) = &mut self.carriers else { return };
-        match self.sources.admit(observation.source, observed_at) {
-            Admission::Accepted => {}
-            Admission::Stale => {
-                self.counts.stale += 1;
-                return;
-            }
-            Admission::NoRoom => {
-                self.counts.overflowed += 1;
-                return;
-            }
+        if observed_at > now + MAX_CLOCK_AHEAD {
+            self.counts.ahead += 1;
+            return;
         }
-        let refused = carriers.hands.refused;
-        carriers.hands.observe(observation.partner, observation.position_m, observed_at.min(now), now);
-        self.counts.overflowed += carriers.hands.refused - refused;
+        let Some(carriers) = &mut self.carriers else { return };
+        if snapshot.values().is_empty() {
+            return;
+        }
+        match carriers.hands.observe(observation, observed_at.min(now), now) {
+            Ok(()) => {}
+            Err(HandError::Stale) => self.counts.stale += 1,
+            Err(HandError::NoRoom) => self.counts.overflowed += 1,
+        }
     }
 
     /// Moves each thing that is missed with its carrier: the hand of the agent that held it when it was last observed, or
@@ -134,7 +137,7 @@ impl BeliefSystem {
     ) -> Option<(Rank, Carried)> {
         let id = self.beliefs.arena.memory(other)?.id;
         let centre_m = carriers.placed(other, id)?;
-        if other == slot || distance(&centre_m, &place_m) > MAX_CARRIER_M {
+        if carriers.moves_with(other, slot) || distance(&centre_m, &place_m) > MAX_CARRIER_M {
             return None;
         }
         let bounding_box = self.bounding_box(other, centre_m, carriers)?;
@@ -155,7 +158,8 @@ impl BeliefSystem {
         let found = match carrier {
             Carrier::Hand(id) => carriers.hands.get(id).map(|hand| {
                 let coast = self.beliefs.features.tracking().map_or_else(Default::default, |of| of.coast);
-                (hand.position_m, hand.velocity_m_s, hand.is_seen(self.now, coast))
+                let is_seen = hand.is_seen(self.now, coast);
+                (hand.position_m, if is_seen { hand.velocity_m_s } else { [0.0; 3] }, is_seen)
             }),
             Carrier::Container { slot, id } => {
                 self.moved(slot, id).map(|(place, velocity)| (place, velocity, true))
@@ -226,7 +230,8 @@ impl BoundingBox {
         let [_, _, [_, _, up]] = self.x_perspective_thing.rotation();
         let ([x, y, z], [of_x, of_y, of_z], [_, _, below]) = (self.inside_m(place_m), self.half_m, half_m);
         let gap_m = (z - below - of_z).abs();
-        let stands = up > UPRIGHT && x.abs() <= of_x && y.abs() <= of_y && gap_m <= contact_m;
+        let is_above = z > of_z && x.abs() <= of_x && y.abs() <= of_y;
+        let stands = up > UPRIGHT && is_above && gap_m <= contact_m;
         stands.then_some(gap_m)
     }
 }

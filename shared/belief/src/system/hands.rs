@@ -1,4 +1,5 @@
 use clock::{Duration, Instant};
+use message::Observation;
 use quantity::distance;
 use quantity::number::single;
 
@@ -13,6 +14,9 @@ const REACH_M: f64 = 0.3;
 /// Speed of a fast hand.
 const SPEED_M_S: f64 = 3.0;
 
+/// Shortest interval from which a velocity is computed.
+const MIN_INTERVAL_S: f64 = 1e-3;
+
 /// The hands that were observed, in the perspective's frame.
 ///
 /// A hand is no belief: nothing is remembered of it but where it is. Agents have several hands, so a hand is the nearest
@@ -21,8 +25,15 @@ const SPEED_M_S: f64 = 3.0;
 pub(super) struct Hands {
     hands: BoundedVec<Hand>,
     next_id: u32,
-    /// Observations without room.
-    pub(super) refused: u64,
+}
+
+/// Why an observation of a hand has no effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum HandError {
+    /// It is older than what is known of that hand.
+    Stale,
+    /// There are too many hands.
+    NoRoom,
 }
 
 /// A hand of an agent.
@@ -30,6 +41,8 @@ pub(super) struct Hands {
 pub(super) struct Hand {
     id: u32,
     agent: u16,
+    /// The source of its last observation.
+    source: u16,
     pub(super) position_m: [f32; 3],
     /// Its position before the step of its last observation.
     before_m: [f32; 3],
@@ -41,17 +54,28 @@ pub(super) struct Hand {
 
 impl Hands {
     pub(super) fn new() -> Self {
-        Self { hands: BoundedVec::with_bound(MAX_HANDS), next_id: 0, refused: 0 }
+        Self { hands: BoundedVec::with_bound(MAX_HANDS), next_id: 0 }
     }
 
-    /// Adds an observation made at `at` in a step at `now`. It is of the nearest hand of the agent that was not observed in
-    /// this step and can have moved there, or else of a new one. A new one takes the place of the one unobserved for longest
-    /// if there are too many.
-    pub(super) fn observe(&mut self, agent: u16, position_m: [f32; 3], at: Instant, now: Instant) {
+    /// Adds an observation made at `at` in a step at `now`. It is of the nearest hand of the agent that can have moved there,
+    /// and that its source did not observe in this step already; or else of a new one. A new one takes the place of the one
+    /// unobserved for longest if there are too many.
+    ///
+    /// # Errors
+    ///
+    /// It is not used.
+    pub(super) fn observe(
+        &mut self,
+        observation: &Observation,
+        at: Instant,
+        now: Instant,
+    ) -> Result<(), HandError> {
+        let Observation { partner: agent, source, position_m, .. } = *observation;
         let reached = |hand: &Hand| {
             let metres = distance(&hand.position_m, &position_m);
             let most_m = REACH_M + SPEED_M_S * at.since(hand.observed_at).as_secs_f64();
-            (hand.agent == agent && hand.updated_at < now && metres <= most_m).then_some(metres)
+            let is_other = hand.agent != agent || (hand.updated_at >= now && hand.source == source);
+            (!is_other && metres <= most_m).then_some(metres)
         };
         let nearest = self
             .hands
@@ -59,22 +83,23 @@ impl Hands {
             .filter_map(|hand| Some((reached(hand)?, hand)))
             .min_by(|(one, _), (other, _)| one.total_cmp(other));
         if let Some((_, hand)) = nearest {
-            hand.moved_to(position_m, at, now);
-            return;
+            hand.source = source;
+            return hand.move_to(position_m, at, now);
         }
         let id = self.next_id;
         self.next_id = self.next_id.wrapping_add(1);
         let (before_m, velocity_m_s, observed_at, updated_at) = (position_m, [0.0; 3], at, now);
-        let new = Hand { id, agent, position_m, before_m, velocity_m_s, observed_at, updated_at };
+        let new = Hand { id, agent, source, position_m, before_m, velocity_m_s, observed_at, updated_at };
         if self.hands.len() < MAX_HANDS {
             self.hands.push(new);
-            return;
+            return Ok(());
         }
         let unobserved = self.hands.iter_mut().filter(|hand| hand.updated_at < now);
         match unobserved.min_by_key(|hand| hand.updated_at) {
             Some(hand) => *hand = new,
-            None => self.refused += 1,
+            None => return Err(HandError::NoRoom),
         }
+        Ok(())
     }
 
     /// The hand of an agent that was nearest to a position at the end of the step before `now`, within a distance; with its
@@ -110,17 +135,21 @@ impl Hands {
 }
 
 impl Hand {
-    fn moved_to(&mut self, position_m: [f32; 3], at: Instant, now: Instant) {
-        let seconds = single(at.since(self.observed_at).as_secs_f64());
-        self.before_m = self.position_m;
-        self.position_m = position_m;
-        self.velocity_m_s = [0.0; 3];
-        if seconds > 0.0 {
-            let from = self.velocity_m_s.iter_mut().zip(position_m).zip(self.before_m);
-            from.for_each(|((velocity, position), before)| *velocity = (position - before) / seconds);
+    fn move_to(&mut self, position_m: [f32; 3], at: Instant, now: Instant) -> Result<(), HandError> {
+        if at < self.observed_at {
+            return Err(HandError::Stale);
         }
-        self.observed_at = self.observed_at.max(at);
-        self.updated_at = now;
+        let seconds = at.since(self.observed_at).as_secs_f64();
+        let metres = distance(&self.position_m, &position_m);
+        // Two sources may observe a hand almost at once, at somewhat different positions.
+        let per_s = single(1.0 / seconds.max(metres / SPEED_M_S).max(MIN_INTERVAL_S));
+        let from = self.velocity_m_s.iter_mut().zip(position_m).zip(self.position_m);
+        from.for_each(|((velocity, position), before)| *velocity = (position - before) * per_s);
+        if self.updated_at < now {
+            self.before_m = self.position_m;
+        }
+        (self.position_m, self.observed_at, self.updated_at) = (position_m, at, now);
+        Ok(())
     }
 
     /// Where it was at the end of the step before `now`.
@@ -142,14 +171,40 @@ mod tests {
         Instant::from_nanos(1_000_000_000 + millis * 1_000_000)
     }
 
+    fn observe(hands: &mut Hands, agent: u16, position_m: [f32; 3], now: Instant) -> Result<(), HandError> {
+        let observation =
+            Observation { partner: agent, position_m, ..Observation::object(0, now.as_nanos()) };
+        hands.observe(&observation, now, now)
+    }
+
+    #[test]
+    fn one_hand_that_two_sources_observe_is_one_of_bounded_speed() {
+        let mut hands = Hands::new();
+        for step in 0..20 {
+            let now = at(step * 100);
+            for (source, x) in [(0, 0.50), (1, 0.51)] {
+                let seen =
+                    Observation { partner: 1, position_m: [x, 0.0, 0.0], ..Observation::object(source, 1) };
+                // The second source stamps it a microsecond later.
+                let at = now + Duration::from_micros(u64::from(source));
+                assert_eq!(hands.observe(&seen, at, now), Ok(()));
+                assert!(hands.hands[0].velocity_m_s[0].abs() <= 3.001);
+            }
+        }
+        assert_eq!(hands.hands.len(), 1);
+        let late = Observation { partner: 1, position_m: [0.4, 0.0, 0.0], ..Observation::object(2, 1) };
+        assert_eq!(hands.observe(&late, at(1_000), at(2_000)), Err(HandError::Stale));
+        assert_eq!(hands.hands[0].position_m[0], 0.51);
+    }
+
     #[test]
     fn two_hands_of_an_agent_and_one_of_another_are_followed() {
         let mut hands = Hands::new();
         for step in 0..20_u32 {
             let (now, along) = (at(u64::from(step) * 100), f32::from(u16::try_from(step).unwrap()) * 0.05);
-            hands.observe(1, [along, 0.2, 0.0], now, now);
-            hands.observe(1, [along, -0.2, 0.0], now, now);
-            hands.observe(2, [1.0 - along, 0.0, 0.0], now, now);
+            observe(&mut hands, 1, [along, 0.2, 0.0], now).unwrap();
+            observe(&mut hands, 1, [along, -0.2, 0.0], now).unwrap();
+            observe(&mut hands, 2, [1.0 - along, 0.0, 0.0], now).unwrap();
         }
         assert_eq!(hands.hands.len(), 3);
         let (_, left) = hands.nearest(1, ([0.9, 0.2, 0.0], at(1_900)), 0.05).unwrap();
@@ -163,14 +218,12 @@ mod tests {
         let mut hands = Hands::new();
         for agent in 0..=u16::try_from(MAX_HANDS).unwrap() {
             let now = at(u64::from(agent));
-            hands.observe(agent, [0.0; 3], now, now);
+            observe(&mut hands, agent, [0.0; 3], now).unwrap();
         }
-        assert_eq!((hands.hands.len(), hands.refused), (MAX_HANDS, 0));
+        assert_eq!(hands.hands.len(), MAX_HANDS);
         assert!(hands.nearest(0, ([0.0; 3], at(900)), 1.0).is_none());
         let now = at(1_000);
-        for agent in 100..200 {
-            hands.observe(agent, [0.0; 3], now, now);
-        }
-        assert_eq!(hands.refused, 100 - u64::try_from(MAX_HANDS).unwrap());
+        let refused = (100..200).filter(|agent| observe(&mut hands, *agent, [0.0; 3], now).is_err()).count();
+        assert_eq!(refused, 100 - MAX_HANDS);
     }
 }

@@ -10,7 +10,7 @@ use super::step::Step;
 
 /// Largest amount by which an observation's time stamp may be later than the step's instant. The sensor process
 /// continues while a frame is in transit. A larger amount means that the source's clock is wrong.
-const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(1);
+pub(super) const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(1);
 
 /// A [step](BeliefSystem::step) under construction: the caller adds things one by one, as soon as each was perceived
 /// and while it is in the cache. The step takes effect when it is [finished](Self::finish). If it is never finished,
@@ -80,7 +80,7 @@ impl StepBuilder<'_> {
     pub fn add_observation(&mut self, index: usize, perceived: &Perceived) {
         if self.system.beliefs.arena.prevalidated() || self.system.validate(perceived) {
             if perceived.observation.kind() == Some(ObservationKind::Hand) {
-                self.system.observe_hand(&perceived.observation);
+                self.system.observe_hand(perceived);
             } else {
                 self.system.create(saturating_u32(index), perceived);
             }

@@ -186,3 +186,69 @@ fn more_missed_things_than_are_sought_in_a_step_are_all_carried() {
         assert_at(expected(&robot, id), [x, y + 1.0, z]);
     }
 }
+
+#[test]
+fn two_thin_things_on_each_other_do_not_carry_each_other() {
+    let card = |now, y, z| thing(now, [0.6, y, z], [0.04, 0.06, 0.001]);
+    let mut robot = Robot::new(&Percepts::builtin());
+    for frame in 0..3 {
+        let (now, y) = (instant_of(frame), f32::from(frame) * 0.01);
+        robot.see(now, &[card(now, y, 0.001), card(now, y, 0.003)], true);
+    }
+    // They slide behind an occluder, and stop at some time.
+    for frame in 3..100 {
+        let now = instant_of(frame);
+        robot.see(now, &[block(now, [1.5, 0.0, 0.03], BLUE)], false);
+    }
+    for id in robot.ids().into_iter().filter(|id| *id < 3) {
+        let [_, y, _] = expected(&robot, id);
+        assert!(y.abs() < 0.2, "belief {id} drifts to {y} m");
+    }
+}
+
+#[test]
+fn a_sighting_of_a_slower_source_counts_more_than_the_carrier() {
+    let mut robot = Robot::new(&Percepts::builtin());
+    let tray = |now: Instant| thing(now, [0.5, 0.0, 0.01], [0.2, 0.2, 0.01]);
+    for frame in 0..40 {
+        let now = instant_of(frame);
+        let along = f32::from(frame) * 0.01;
+        // The second source is 60 ms late; the first does not see the block any more.
+        let late = Instant::from_nanos(now.as_nanos() - 60_000_000);
+        let block = block(now, [0.4, along, 0.05], RED);
+        let slow = Observation { source: 1, observed_at_ns: late.as_nanos(), ..block };
+        let perceived = [Some(tray(now)), (frame < 3).then_some(block), Some(slow)];
+        let perceived: Vec<_> = perceived
+            .into_iter()
+            .flatten()
+            .map(|observation| Perceived {
+                observation,
+                snapshot: robot.perception.perceive(&observation, &Frame { agent: 0 }),
+            })
+            .collect();
+        let sources = [0, 1].into_iter().map(SourceSet::of).collect();
+        robot.system.step(now, &perceived, 0..perceived.len(), sources, |_| true);
+    }
+    assert_eq!(robot.ids().len(), 2, "the tray and one block");
+    let [_, y, _] = expected(&robot, robot.ids()[1]);
+    assert!((y - 0.39).abs() < 0.02, "{y}");
+}
+
+#[test]
+fn a_hand_of_no_confidence_or_of_the_future_moves_nothing() {
+    for change in [
+        |hand: Observation| Observation { confidence: 0.0, ..hand },
+        |hand: Observation| Observation { observed_at_ns: hand.observed_at_ns + 2_000_000_000, ..hand },
+    ] {
+        let mut robot = Robot::new(&Percepts::builtin());
+        for frame in 0..20 {
+            let now = instant_of(frame);
+            let place = [0.5, along(frame), 0.1];
+            let held = Observation { held_by: 1, ..block(now, [0.5, 0.0, 0.08], RED) };
+            let hand = hand(now, 1, place);
+            let seen = [if frame < 3 { hand } else { change(hand) }, held];
+            robot.see(now, &seen[..if frame < 3 { 2 } else { 1 }], false);
+        }
+        assert_at(expected(&robot, 1), [0.5, 0.0, 0.08]);
+    }
+}
