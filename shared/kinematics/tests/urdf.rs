@@ -1,4 +1,5 @@
 //! Tests of what a URDF must hold, what it may lack, and how a mistake in it is named.
+#![expect(clippy::expect_used, clippy::panic, reason = "helpers of tests may fail them")]
 
 use std::sync::LazyLock;
 
@@ -289,7 +290,7 @@ fn a_missing_part_is_named_with_its_joint_and_line() {
 }
 
 #[test]
-fn an_orientation_is_given_by_angles_or_from_version_1_1_by_a_quaternion() {
+fn an_orientation_is_given_by_angles_or_a_quaternion() {
     let with = |version: &str, origin: &str| {
         let text = torso_yaw("<origin xyz=\"", &format!("<origin {origin} xyz=\""));
         text.replacen("<robot", &format!("<robot version=\"{version}\""), 1)
