@@ -17,10 +17,10 @@ pub(super) enum BodyCheckError {
         "{}; correct it, or remove it: without one the robot has the built-in body",
         located(urdf, source)
     )]
-    InvalidUrdf { urdf: String, source: BodyError },
+    InvalidUrdf { urdf: String, source: Box<BodyError> },
     /// `leo.urdf` is no usable body, or lacks joints of `motor.toml`.
     #[error("{}", located(urdf, source))]
-    Urdf { urdf: String, source: BodyError },
+    Urdf { urdf: String, source: Box<BodyError> },
     /// The body lacks a joint that performances need.
     #[error("{urdf}: {why}; add it there and to motor.toml")]
     MissingJoint { urdf: String, why: String },
@@ -43,7 +43,7 @@ pub(super) fn check(robot: &Robot, config: Option<&Path>) -> Result<(), BodyChec
     let urdf = || called(config, "leo.urdf");
     let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
     let body = Body::from_urdf(&robot.urdf, &names).map_err(|source| {
-        let urdf = urdf();
+        let (urdf, source) = (urdf(), Box::new(source));
         if matches!(source.kind, BodyErrorKind::Urdf { .. }) {
             BodyCheckError::InvalidUrdf { urdf, source }
         } else {
@@ -65,7 +65,7 @@ pub(super) fn check(robot: &Robot, config: Option<&Path>) -> Result<(), BodyChec
         }
     }
     LeoBody::new(robot).map_err(|error| match error {
-        LeoBodyError::Body(source) => BodyCheckError::Urdf { urdf: urdf(), source },
+        LeoBodyError::Body(source) => BodyCheckError::Urdf { urdf: urdf(), source: Box::new(source) },
         LeoBodyError::Joint(missing) => {
             BodyCheckError::MissingJoint { urdf: urdf(), why: missing.to_string() }
         }

@@ -352,7 +352,7 @@ fn an_unclosed_chunk_ends_the_trace_as_a_cut_does() {
 }
 
 #[test]
-fn any_record_with_a_length_beyond_the_file_ends_the_trace_as_a_cut_does() {
+fn a_length_beyond_the_file_is_a_cut_for_any_record() {
     let (frames, bytes) = chunked(WriteOptions::new());
     let mut seen = BTreeSet::new();
     for (at, op) in records_of(&bytes) {
