@@ -15,6 +15,7 @@ use trace::{FramesByInstant, Reader};
 use crate::belief_pipeline::BeliefPipeline;
 use crate::configuration::SetValues;
 use crate::failure::CommandError;
+use crate::progress::Progress;
 use crate::trace_quality::Instants;
 use crate::{seconds, trace_quality};
 
@@ -53,7 +54,7 @@ impl Believe {
         let literal = if self.literal { robot.percepts.belief.make_literal() } else { Vec::new() };
         let partners = self.partners.unwrap_or(robot.leo.belief.partners);
         let minds = BeliefPipeline::new(&robot, partners).map_err(CommandError::usage)?;
-        let reader = open(&self.trace).map_err(CommandError::usage)?;
+        let (reader, progress) = open(&self.trace, Progress::beside_output).map_err(CommandError::usage)?;
         let teller: Box<dyn BeliefReport> = if self.json {
             Box::new(JsonLines::new(&robot.percepts))
         } else {
@@ -63,7 +64,9 @@ impl Believe {
         if !self.json {
             out.text.extend(literal.iter().map(|setting| format!("literal: {setting}\n")));
         }
-        match self.tell(minds, FramesByInstant::new(reader), teller, literal, &mut out) {
+        let told = self.tell(minds, FramesByInstant::new(reader), teller, literal, &mut out);
+        drop(progress);
+        match told {
             Ok((summary, instants)) => {
                 let Summary { observations, refused, .. } = &summary;
                 trace_quality::judge(&self.trace, &instants, *observations, refused)?;
@@ -125,14 +128,24 @@ impl Believe {
     }
 }
 
-/// Opens a file, or standard input.
-pub(crate) fn open(trace: &Path) -> Result<Reader<Box<dyn Read>>, trace::TraceError> {
+/// Opens a file, or standard input, and shows how much of a file was read.
+pub(crate) fn open(
+    trace: &Path,
+    shown: fn(&File) -> Progress,
+) -> Result<(Reader<Box<dyn Read>>, Progress), trace::TraceError> {
     if trace == Path::new("-") {
-        return Reader::new(Box::new(stdin().lock()), "standard input");
+        return Ok((
+            Reader::new(Box::new(stdin().lock()) as Box<dyn Read>, "standard input")?,
+            Progress::hidden(),
+        ));
     }
     let name = trace.display().to_string();
     match File::open(trace) {
-        Ok(file) => Reader::new(Box::new(file), &name),
+        Ok(file) => {
+            let progress = shown(&file);
+            let counted: Box<dyn Read> = Box::new(progress.counting(file));
+            Ok((Reader::new(counted, &name)?, progress))
+        }
         Err(source) => Err(trace::TraceError::Read { name, source }),
     }
 }

@@ -10,6 +10,7 @@ use message::{Belief, Histogram, Hop};
 use supervisor_process::bench::PerceptFrame;
 
 use crate::failure::CommandError;
+use crate::progress::Progress;
 use crate::seconds;
 
 #[derive(Args, Clone, Debug)]
@@ -38,8 +39,12 @@ impl Bench {
     /// Measures, and prints the results with the commit of the program.
     pub(crate) fn run(&self, commit: &str) -> Result<ExitCode, CommandError> {
         let mut out = std::io::stdout().lock();
-        supervisor_process::bench::bench(self.seconds, self.json, commit, belief_loop, &mut out)
-            .map_err(CommandError::runtime)?;
+        let progress = Progress::of_steps(supervisor_process::bench::STEPS);
+        let measured =
+            supervisor_process::bench::measure(self.seconds, commit, belief_loop, || progress.step());
+        drop(progress);
+        let report = measured.map_err(CommandError::runtime)?;
+        supervisor_process::bench::write(&report, self.json, &mut out).map_err(CommandError::runtime)?;
         Ok(ExitCode::SUCCESS)
     }
 }

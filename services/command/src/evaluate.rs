@@ -21,6 +21,7 @@ use crate::belief_pipeline::BeliefPipeline;
 use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use crate::output::Force;
+use crate::progress::Progress;
 use crate::{believe, output, trace_quality};
 use comparison::{ComparedPercepts, Comparison, Hypothesis, Similarity};
 use error::InputError;
@@ -142,6 +143,8 @@ struct Prepared {
     picture: Option<Picture>,
     input: Input,
     similarity: Similarity,
+    /// How much of the trace was read.
+    progress: Progress,
 }
 
 impl Evaluate {
@@ -202,9 +205,12 @@ impl Evaluate {
             TruthText::Json(_) => 0,
         };
         let truth = text.in_metres(picture.as_ref(), &name).map_err(CommandError::usage)?;
+        let mut progress = Progress::hidden();
         let input = match (&self.trace, detections, &picture) {
             (Some(trace), _, _) => {
-                let reader = believe::open(trace).map_err(CommandError::usage)?;
+                let opened = believe::open(trace, Progress::of_file).map_err(CommandError::usage)?;
+                let (reader, of_trace) = opened;
+                progress = of_trace;
                 Input::Trace(Box::new(FramesByInstant::new(reader)))
             }
             (None, Some(rows), Some(picture)) => {
@@ -215,7 +221,7 @@ impl Evaluate {
             (None, _, _) => return Err(CommandError::usage("give a trace, or --detections")),
         };
         let similarity = self.similarity(is_in_pixels, &truth)?;
-        Ok(Prepared { truth, picture: picture.filter(|_| is_in_pixels), input, similarity })
+        Ok(Prepared { truth, picture: picture.filter(|_| is_in_pixels), input, similarity, progress })
     }
 
     /// The scale and the rate, if anything is in pixels.
@@ -276,7 +282,7 @@ impl Evaluate {
         comparison: &mut Comparison,
         summary: &mut Summary,
     ) -> Result<(), EvaluationError> {
-        let Prepared { truth, picture, mut input, .. } = prepared;
+        let Prepared { truth, picture, mut input, progress: _shown, .. } = prepared;
         let mut pending =
             PendingTruth { truth: &truth, next_ns: Some(0), file: self.hypothesis_file(picture)? };
         let mut frames = Vec::new();

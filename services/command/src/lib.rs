@@ -23,6 +23,7 @@ mod other_users;
 mod output;
 mod preflight;
 mod process;
+mod progress;
 mod record;
 mod rehearsal;
 mod replay;

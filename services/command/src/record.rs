@@ -17,6 +17,7 @@ use transport::janitor::is_claimed;
 use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use crate::output::Force;
+use crate::progress::Progress;
 use crate::{domain, output, seconds};
 
 /// Polling interval of the stop conditions.
@@ -92,12 +93,17 @@ impl Record {
         };
         let recorder = recorder.map_err(CommandError::runtime)?;
         let until = self.record_for.map(|time| clock::now() + time);
+        let began = clock::now();
+        let progress =
+            self.record_for.map_or_else(Progress::hidden, |time| Progress::of_steps(time.as_secs()));
         while !stop.load(Ordering::Relaxed)
             && !recorder.has_ended()
             && until.is_none_or(|until| clock::now() < until)
         {
+            progress.set(clock::now().since(began).as_secs());
             clock::sleep_until(clock::now() + POLL_INTERVAL);
         }
+        drop(progress);
         let mut said = String::new();
         if self.last.is_some() {
             let last = recorder.last().map_err(CommandError::runtime)?;

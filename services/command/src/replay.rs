@@ -17,6 +17,7 @@ use supervisor_process::{FrameCounts, LockstepError, Record, ReplayOptions};
 
 use crate::failure::CommandError;
 use crate::output::Force;
+use crate::progress::Progress;
 use crate::{body, domain, output, seconds};
 
 /// The files of a robot's configuration.
@@ -70,7 +71,12 @@ impl Replay {
             return Err(CommandError::usage("--to must be after --from: nothing lies between them"));
         }
         let outputs = Vec::from_iter(self.force.named_if(self.record.as_deref())?);
-        let mut reader = Reader::open(&self.file).map_err(CommandError::usage)?;
+        let file = fs::File::open(&self.file)
+            .map_err(|error| CommandError::usage(format!("cannot read {name}: {error}")))?;
+        // With --speed the command prints as it goes.
+        let progress = if self.speed.is_some() { Progress::hidden() } else { Progress::of_file(&file) };
+        let mut reader =
+            Reader::new(progress.counting(file), &name.to_string()).map_err(CommandError::usage)?;
         let folder = tempfile::tempdir().map_err(|error| {
             CommandError::runtime(format!("cannot make a folder for the recorded configuration: {error}"))
         })?;
@@ -122,6 +128,7 @@ impl Replay {
             reader.require_check_sums();
         }
         let played = supervisor_process::replay(&replaying, &mut reader, |frame| narration.tell(frame));
+        drop(progress);
         let played = played.map_err(|error| {
             if matches!(error, LockstepError::Read(_)) {
                 CommandError::usage(error)

@@ -2,13 +2,13 @@
 
 mod sweep;
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
 use config::lesson::{Lesson, STUDY};
 use config::{Files, Robot};
+use quantity::number::saturating_u64;
 use reports::lesson::LessonReport;
 use study::{Cell, Comparison, robot::CELLS};
 use supervisor_process::LessonOptions;
@@ -16,6 +16,7 @@ use supervisor_process::LessonOptions;
 use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use crate::preflight::{check_can_teach, simulator_source};
+use crate::progress::Progress;
 use crate::{configuration, domain, output};
 use sweep::Sweep;
 
@@ -46,7 +47,7 @@ impl Study {
         let robot = configuration::robot(&files)?;
         check_can_teach(&robot, self.config.as_deref())?;
         if let Some(designs) = self.sweep {
-            let sweep = Sweep::of(&robot, simulator_source(&robot)?, designs, &|news| self.tell(news))?;
+            let sweep = Sweep::of(&robot, simulator_source(&robot)?, designs)?;
             if self.json {
                 output::print_json(&sweep)?;
             } else {
@@ -58,6 +59,7 @@ impl Study {
         let folder =
             tempfile::Builder::new().prefix("leo-study-").tempdir().map_err(CommandError::runtime)?;
         let mut cells = Vec::new();
+        let progress = Progress::of_steps(saturating_u64(CELLS.len()));
         for expected in CELLS {
             let (task, taking) = (expected.task, expected.perspective_taking);
             let text = usize::try_from(task).ok().and_then(|task| STUDY.get(task.checked_sub(1)?));
@@ -68,9 +70,11 @@ impl Study {
                 CommandError::runtime(format!("cannot write {}: {error}", file.display()))
             })?;
             let how = if taking { "with" } else { "without" };
-            self.tell(&format!("task {task} {how} perspective taking ..."));
+            progress.say(format!("task {task} {how} perspective taking"));
             cells.push(Cell::of(expected, &self.play((&robot, &files), &file, taking)?));
+            progress.step();
         }
+        drop(progress);
         let comparison = Comparison::of(cells);
         if self.json {
             output::print_json(&comparison)?;
@@ -78,14 +82,6 @@ impl Study {
             output::print(&comparison.to_string())?;
         }
         Ok(ExitCode::from(u8::from(!comparison.holds())))
-    }
-
-    /// Prints progress.
-    fn tell(&self, news: &str) {
-        if !self.json {
-            // Progress is optional, so errors are ignored.
-            let _ = writeln!(std::io::stderr(), "{news}");
-        }
     }
 
     fn play(

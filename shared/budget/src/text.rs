@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn a_text_in_another_encoding_is_refused_with_the_encoding_and_the_line() {
+    fn a_text_in_another_encoding_is_refused_with_encoding_and_line() {
         let utf16 = |text: &str, mark: bool, big: bool| -> Vec<u8> {
             let units = mark.then_some(0xfeff).into_iter().chain(text.encode_utf16());
             units.flat_map(|unit| if big { unit.to_be_bytes() } else { unit.to_le_bytes() }).collect()

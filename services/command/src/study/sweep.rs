@@ -6,10 +6,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 
 use config::Robot;
+use quantity::number::saturating_u64;
 use serde::Serialize;
 use study::TaskVariant;
 
 use crate::failure::CommandError;
+use crate::progress::Progress;
 use crate::rehearsal::rehearse;
 
 /// Number of tasks of the study.
@@ -75,18 +77,16 @@ struct FailedDesign {
 impl Sweep {
     /// Plays `designs` designs of every task in every setting, on all processors. `source` is the number of the
     /// simulator among the robot's sources.
-    pub(super) fn of(
-        robot: &Robot,
-        source: usize,
-        designs: u64,
-        report: &(dyn Fn(&str) + Sync),
-    ) -> Result<Self, CommandError> {
+    pub(super) fn of(robot: &Robot, source: usize, designs: u64) -> Result<Self, CommandError> {
+        let rows = saturating_u64(SETTINGS.len()).saturating_mul(u64::from(TASKS));
+        let progress = Progress::of_steps(rows.saturating_mul(designs));
         let mut rows = Vec::new();
         for setting in SETTINGS {
             let robot = setting.apply(robot)?;
             for task in 1..=TASKS {
-                report(&format!("task {task}, {setting} ..."));
-                rows.push(Row::of(RobotUnderTest { robot: &robot, source }, setting, task, designs)?);
+                progress.say(format!("task {task}, {setting}"));
+                let pupil = RobotUnderTest { robot: &robot, source };
+                rows.push(Row::of(pupil, setting, task, designs, &progress)?);
             }
         }
         Ok(Self { designs, rows })
@@ -119,6 +119,7 @@ impl Row {
         setting: Setting,
         task: u32,
         designs: u64,
+        progress: &Progress,
     ) -> Result<Self, CommandError> {
         let next = AtomicU64::new(0);
         let found = Mutex::new((0_u64, Vec::new(), None));
@@ -132,6 +133,7 @@ impl Row {
                             return;
                         }
                         let outcome = play(pupil, setting, task, design);
+                        progress.step();
                         let mut found = found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
                         match outcome {
                             Ok(broken) if broken.is_empty() => found.0 += 1,

@@ -16,7 +16,8 @@ use crate::io::run::RunError;
 
 pub use bare::echo;
 use message::{Histogram, Perceived, PerceptHead};
-use report::{Machine, Report, Wakeup};
+pub use report::Report;
+use report::{Machine, Wakeup};
 
 /// Measured sensor rates.
 const RATES_HZ: [u32; 2] = [200, 1000];
@@ -83,29 +84,40 @@ impl Case {
     }
 }
 
-/// Measures every rate and size for `lasting`, and prints the report. `commit` is the commit of the build, and
-/// `belief_loop` the belief step.
+/// Number of steps of [`measure`], each of which takes about as long.
+pub const STEPS: u64 = 18;
+const _: () = assert!(STEPS == 3 * 6 && RATES_HZ.len() * OBJECTS.len() == 6);
+
+/// Measures every rate and size for `lasting`. `commit` is the commit of the build, and `belief_loop` the belief step.
+/// `step` is called after each step.
 ///
 /// # Errors
 ///
 /// The measured processes cannot run here.
-pub fn bench(
+pub fn measure(
     lasting: Duration,
-    json: bool,
     commit: &str,
     belief_loop: BeliefLoop,
-    out: &mut impl Write,
-) -> Result<(), BenchError> {
+    step: impl Fn(),
+) -> Result<Report, BenchError> {
     let domain = Domain::named(&format!("bench-{}", std::process::id())).map_err(RunError::from)?;
     let claim = claim(&domain).map_err(RunError::from)?;
     let report = domain
         .make()
         .map_err(|error| RunError::from(error).into())
-        .and_then(|()| measure(&domain, lasting, commit, belief_loop));
+        .and_then(|()| measure_in(&domain, lasting, commit, belief_loop, step));
     Janitor::new(&domain).wipe(claim);
-    let report = report?;
+    report
+}
+
+/// Writes a report as text, or as one JSON document.
+///
+/// # Errors
+///
+/// Writing failed.
+pub fn write(report: &Report, json: bool, out: &mut impl Write) -> Result<(), BenchError> {
     if json {
-        serde_json::to_writer_pretty(&mut *out, &report).map_err(std::io::Error::from)?;
+        serde_json::to_writer_pretty(&mut *out, report).map_err(std::io::Error::from)?;
         writeln!(out)?;
     } else {
         write!(out, "{report}")?;
@@ -113,11 +125,12 @@ pub fn bench(
     Ok(())
 }
 
-fn measure(
+fn measure_in(
     domain: &Domain,
     lasting: Duration,
     commit: &str,
     belief_loop: BeliefLoop,
+    step: impl Fn(),
 ) -> Result<Report, BenchError> {
     let rights = Rights {
         fifo_priority: Priority::try_from(PRIORITY).map_err(BenchError::port)?,
@@ -136,8 +149,11 @@ fn measure(
             let case = Case { rate_hz, objects, lasting };
             // The reference is measured before and after, so that it covers changes of the machine's speed.
             let before = bare::round_trips(domain, &node, case)?;
+            step();
             let leo = leo::percept_to_belief(domain, &node, case)?;
+            step();
             let mut round_trip = bare::round_trips(domain, &node, case)?;
+            step();
             round_trip.add(&before);
             sensor.add(&leo.sensor_wakeup);
             bare.add(&leo.bare_wakeup);

@@ -592,7 +592,7 @@ fn an_excess_message_is_answered_by_number_and_ignored() {
 }
 
 #[test]
-fn a_port_in_use_is_replaced_by_the_next_free_one_or_refused() {
+fn a_port_in_use_is_replaced_by_the_next_or_refused() {
     // Two neighbouring ports that this test holds, and one after them that is free.
     let (first, _second, address) = (0..100)
         .find_map(|_| {

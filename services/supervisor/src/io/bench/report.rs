@@ -12,7 +12,7 @@ use super::leo::Measured;
 
 /// All measurements, and the machine.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Report {
+pub struct Report {
     pub(super) machine: Machine,
     pub(super) rows: Vec<Row>,
     /// Over all rates and sizes, because one case has too few wake-ups in its tail.

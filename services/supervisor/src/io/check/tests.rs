@@ -162,7 +162,7 @@ fn a_setting_that_cannot_be_journalled_is_not_changed() {
 }
 
 #[test]
-fn a_core_that_the_machine_lacks_is_an_error_without_advice_to_isolate_it() {
+fn a_core_that_the_machine_lacks_is_an_error_without_advice() {
     let mut robot = Robot::load(None).unwrap();
     assert_eq!(check_cores(&robot.leo), Ok(()));
     robot.leo.motor.realtime.cores = vec![0, 999];

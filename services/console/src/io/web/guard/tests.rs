@@ -157,7 +157,7 @@ fn every_client_may_stop_the_robot_except_pages_of_another_origin() {
 }
 
 #[test]
-fn host_names_are_compared_without_regard_to_case_final_dot_and_default_port() {
+fn host_names_are_equal_despite_case_final_dot_and_default_port() {
     let policy = access_policy(ReadWithoutToken::Page);
     let live = |host: &str, origin: &str| {
         asked(&policy, &Method::GET, host, "/live", &[("origin", origin.to_owned())])
