@@ -183,20 +183,17 @@ impl BeliefSystem {
     }
 
     fn half_extents_m(&self, slot: u32, carriers: &Carriers) -> Option<[f64; 3]> {
-        match self.beliefs.newest(slot, carriers.extents?)? {
-            Feature::Vector(half_m) => Some(half_m.map(f64::from)),
-            _ => None,
-        }
+        let half_m = self.beliefs.newest(slot, carriers.extents?)?.vector()?;
+        Some(half_m.map(f64::from))
     }
 
     /// The bounding box of a thing; an unobserved orientation is upright. `None` if its extents are unknown.
     fn bounding_box(&self, slot: u32, centre_m: [f32; 3], carriers: &Carriers) -> Option<BoundingBox> {
         let half_m = self.half_extents_m(slot, carriers)?;
         let orientation = carriers.orientation.and_then(|number| self.beliefs.newest(slot, number));
-        let xyzw = match orientation {
-            Some(Feature::Orientation(xyzw)) => xyzw.map(f64::from),
-            _ => [0.0, 0.0, 0.0, 1.0],
-        };
+        let upright = [0.0, 0.0, 0.0, 1.0];
+        let observed = if let Some(Feature::Orientation(xyzw)) = orientation { Some(xyzw) } else { None };
+        let xyzw = observed.map_or(upright, |xyzw| xyzw.map(f64::from));
         let x_perspective_thing = Pose::from_parts(centre_m.map(f64::from), xyzw)?;
         Some(BoundingBox { x_perspective_thing, half_m })
     }
