@@ -104,10 +104,8 @@ impl<'a> Override<'a> {
         // A table with a header is no value that could be replaced where it stands.
         let (value, range) = found;
         let is_inline = text.get(range.clone()).is_some_and(|text| text.starts_with(['{', '[']));
-        match value {
-            DeValue::Table(_) if !is_inline => None,
-            _ => Some(range),
-        }
+        let has_header = matches!(value, DeValue::Table(_)) && !is_inline;
+        (!has_header).then_some(range)
     }
 }
 

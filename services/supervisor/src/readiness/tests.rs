@@ -206,7 +206,8 @@ fn threads_that_share_a_core_while_others_are_free_are_named() {
         hot[2].threads = 1 + buses;
         let name = "mock_bus";
         hot.push(HotProcess { name, period: None, priority: 72, cores: mock.to_vec(), threads: buses });
-        let found = cores::plan(&hot, &(0..cores).collect::<Vec<_>>());
+        let elsewhere = System::below(Path::new("/nowhere"));
+        let found = cores::plan(&elsewhere, &hot, &(0..cores).collect::<Vec<_>>());
         (found.verdict, found.text, found.mend)
     };
     let mut wording = String::new();
