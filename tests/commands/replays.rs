@@ -224,6 +224,17 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     assert!(output.out.contains("truncated"), "{output:?}");
     assert!(equal(&output, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{output:?}");
+
+    // The writer was killed before its first chunk was whole.
+    let mut chunk = mcap::MAGIC.len();
+    while bytes[chunk] != mcap::records::op::CHUNK {
+        let length = u64::from_le_bytes(*bytes[chunk + 1..].first_chunk().expect("a length"));
+        chunk += 9 + usize::try_from(length).expect("is in the file");
+    }
+    fs::write(&wrong, &bytes[..chunk + 300]).expect("writes");
+    let output = run_leo(&["replay", &wrong]);
+    assert_eq!((output.status, output.err.lines().count()), (Some(0), 1), "{output:?}");
+    assert!(output.err.contains("cut short") && output.err.contains("no whole frame"), "{output:?}");
 }
 
 /// A replay at a multiple of real time.

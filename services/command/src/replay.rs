@@ -137,7 +137,12 @@ impl Replay {
             }
         })?;
         let _ = writeln!(text, "{name}: {:.3} s were played", played.lasted.as_secs_f64());
-        if reader.is_cut() {
+        if reader.is_cut() && reader.frames() == 0 {
+            tracing::warn!(
+                "{name}: the file is cut short after {} bytes, as by a killed writer: it has no whole frame",
+                reader.bytes()
+            );
+        } else if reader.is_cut() {
             let _ = writeln!(
                 text,
                 "the file is truncated after {}: the part before was replayed",

@@ -118,6 +118,12 @@ impl<R: Read> Reader<R> {
         self.records.is_cut()
     }
 
+    /// Number of frames read so far.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.frames
+    }
+
     /// Number of bytes read so far; the end of a truncated file.
     #[must_use]
     pub fn bytes(&self) -> u64 {
