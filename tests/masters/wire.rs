@@ -109,7 +109,7 @@ fn servos_at_another_speed_are_found_and_reported() {
 }
 
 #[test]
-fn a_bus_without_a_servo_at_any_speed_is_reported_with_the_speeds_tried() {
+fn a_bus_without_a_servo_at_any_speed_is_reported() {
     let mock = MockBus::start(&["--fault", "drop bus=torso"]);
     let (status, said, wrong) = bus(&mock, &["scan"]);
     assert_eq!(status, Some(1), "{said} {wrong}");

@@ -157,7 +157,7 @@ fn leo_top_ends_in_order_after_a_terminal_hang_up() {
 }
 
 #[test]
-fn leo_top_ends_on_a_signal_at_any_moment_and_restores_the_terminal() {
+fn leo_top_restores_the_terminal_on_a_signal_at_any_moment() {
     let robot = Robot::ready("signalled", &[]);
     let moments = ["", "\x1b", "\x1b[?1049h", "process", "mock-bus"];
     for (moment, kind) in

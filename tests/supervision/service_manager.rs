@@ -75,7 +75,7 @@ fn the_service_manager_is_notified_of_ready_watchdog_and_stopping() {
 }
 
 #[test]
-fn a_service_manager_at_an_abstract_socket_is_notified_like_one_at_a_path() {
+fn an_abstract_socket_is_notified_like_one_with_a_path() {
     is_notified(&Manager::listens_abstractly(), "notify-abstract");
 }
 

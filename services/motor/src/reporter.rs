@@ -17,7 +17,7 @@ const STARVED_EVERY: Duration = Duration::from_secs(60);
 
 /// Logs which joints have a fault, once each, and the end of an emergency stop. If a whole bus is silent or lost, the
 /// message names the bus, because its servos have hardly all failed at once. Simulated servos without injected faults are
-/// silent for one reason only, which is logged once for all of them: their process got no processor time.
+/// silent only if their process gets no processor time or restarts, which is logged once for all of them.
 #[derive(Default)]
 pub(crate) struct Reporter {
     names: Vec<String>,
@@ -50,11 +50,14 @@ struct Known {
 }
 
 impl Known {
-    /// Whether its servo did not answer in time, or got no instruction in time.
+    /// Whether its servo did not answer in time, or got no instruction in time, or its bus was busy for too long.
     fn has_missed_exchanges(&self) -> bool {
         matches!(
             self.state,
-            Some((JointMode::Quarantined, JointCause::Silent) | (JointMode::Starting, JointCause::Watchdog))
+            Some(
+                (JointMode::Quarantined, JointCause::Silent | JointCause::BusLost)
+                    | (JointMode::Starting, JointCause::Watchdog)
+            )
         )
     }
 }
@@ -72,11 +75,6 @@ impl Reporter {
             is_faultless_mock: buses.iter().map(|bus| is_faultless && bus.device == Device::Mock).collect(),
             ..Self::default()
         }
-    }
-
-    /// Whether every bus is a mock bus without injected faults, so that a late answer is due to this machine alone.
-    pub(crate) fn has_faultless_mocks_only(&self) -> bool {
-        self.is_faultless_mock.iter().all(|is_faultless_mock| *is_faultless_mock)
     }
 
     pub(crate) fn update(&mut self, motor: &mut Motor, now: Instant) {
@@ -172,8 +170,8 @@ impl Reporter {
         if starved > 0 && now >= self.tell_starved_at {
             self.tell_starved_at = now + STARVED_EVERY;
             tell(format_args!(
-                "the mock bus was starved of processor time: {starved} simulated servos missed their exchanges, and \
-                 their joints hold meanwhile. Real-time rights prevent it: see `leo check`"
+                "the mock bus was starved of processor time, or restarted: exchanges of {starved} simulated joints \
+                 were missed. Real-time rights prevent the first: see `leo check`"
             ));
         }
         for (number, bus) in self.buses.iter().enumerate() {

@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn a_joint_that_was_stopped_is_in_trouble_until_its_torque_is_off() {
+    fn a_stopped_joint_is_in_trouble_until_its_torque_is_off() {
         let stopped = |cause, power, link, arming| {
             JointState::unread(0, JointMode::Limp, cause).with_machines(JointMachines {
                 link,

@@ -16,10 +16,6 @@ use crate::reporter::Reporter;
 const END_WITHIN: Duration = Duration::from_secs(1);
 /// Time after which the orderly end switches torque off even if joints still move, so that no torque is left on.
 const LET_GO_AFTER: Duration = Duration::from_millis(750);
-/// Reply timeout of simulated servos without injected faults, if real-time rights are missing. They always answer, but
-/// their process may have to wait for a processor. An exchange with two such timeouts is shorter than the time after
-/// which a busy bus is lost.
-const STARVED_REPLY_TIMEOUT: Duration = Duration::from_millis(20);
 
 /// Runs the motor process until it is told to stop. Then the joints decelerate and hold, and torque goes off.
 ///
@@ -42,8 +38,6 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     // In lockstep a slow machine must not look like a silent servo.
     let reply_timeout = if launch.lockstep {
         (step_timeout / 4, step_timeout / 4)
-    } else if reporter.has_faultless_mocks_only() && member.health().missing_rights != 0 {
-        (STARVED_REPLY_TIMEOUT, STARVED_REPLY_TIMEOUT)
     } else {
         (leo.motor.reply_timeout_ms.duration(), 2 * period)
     };
