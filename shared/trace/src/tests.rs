@@ -403,7 +403,7 @@ fn a_wrong_length_in_a_complete_file_is_damage() {
 }
 
 #[test]
-fn a_wrong_size_of_a_chunk_is_a_cut_only_at_the_end_of_the_file() {
+fn a_wrong_chunk_size_is_a_cut_only_in_the_last_record() {
     for compression in [None, Some(mcap::Compression::Zstd)] {
         let (frames, bytes) = chunked(WriteOptions::new().compression(compression));
         let records = records_of(&bytes);
