@@ -1,4 +1,5 @@
 use crate::ARM_JOINTS;
+use crate::xml::shown;
 
 /// A place in the text of a URDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,14 +69,18 @@ pub enum BodyErrorKind {
         first_line: usize,
     },
     /// A joint of the list is not in the URDF.
-    #[error("no revolute joint `{joint}` in the URDF; the names there and in motor.toml must be the same")]
+    #[error(
+        "no revolute joint `{}` in the URDF; the names there and in motor.toml must be the same",
+        shown(.joint)
+    )]
     MissingJoint {
         /// Name of the joint.
         joint: String,
     },
     /// A joint of the list is of another type.
     #[error(
-        "joint `{joint}` is of type `{found}`, and motor.toml has a servo for it: a servo needs `revolute`"
+        "joint `{}` is of type `{found}`, and motor.toml has a servo for it: a servo needs `revolute`",
+        shown(.joint)
     )]
     NotRevolute {
         /// Name of the joint.
@@ -85,21 +90,25 @@ pub enum BodyErrorKind {
     },
     /// A joint of the list follows another one.
     #[error(
-        "joint `{joint}` has a `<mimic>`, and motor.toml has a servo for it: remove the `<mimic>`, or the servo and \
-         make the joint fixed"
+        "joint `{}` has a `<mimic>`, and motor.toml has a servo for it: remove the `<mimic>`, or the servo and \
+         make the joint fixed",
+        shown(.joint)
     )]
     Mimic {
         /// Name of the joint.
         joint: String,
     },
     /// A movable joint of the URDF is not in the list.
-    #[error("the URDF's joint `{joint}` moves and has no servo; add it to motor.toml or make it fixed")]
+    #[error("the URDF's joint `{}` moves and has no servo; add it to motor.toml or make it fixed", shown(.joint))]
     UnlistedJoint {
         /// Name of the joint.
         joint: String,
     },
     /// The limits are crossed, or the maximum speed is not positive.
-    #[error("joint `{joint}`: lower {lower_rad}, upper {upper_rad}, velocity {velocity_rad_s} are no limits")]
+    #[error(
+        "joint `{}`: lower {lower_rad}, upper {upper_rad}, velocity {velocity_rad_s} are no limits",
+        shown(.joint)
+    )]
     Limits {
         /// Name of the joint.
         joint: String,
@@ -111,13 +120,13 @@ pub enum BodyErrorKind {
         velocity_rad_s: f64,
     },
     /// The axis of a joint has no length.
-    #[error("joint `{joint}`: its axis has no length")]
+    #[error("joint `{}`: its axis has no length", shown(.joint))]
     NoAxis {
         /// Name of the joint.
         joint: String,
     },
     /// A joint names an unknown link.
-    #[error("joint `{joint}` joins a link `{link}`, which is not in the URDF")]
+    #[error("joint `{}` joins a link `{}`, which is not in the URDF", shown(.joint), shown(.link))]
     UnknownLink {
         /// Name of the joint.
         joint: String,
@@ -125,7 +134,7 @@ pub enum BodyErrorKind {
         link: String,
     },
     /// A link is the child of two joints.
-    #[error("link `{link}` is the child of two joints: `{one}` and `{other}`")]
+    #[error("link `{}` is the child of two joints: `{}` and `{}`", shown(.link), shown(.one), shown(.other))]
     TwoParents {
         /// Name of the link.
         link: String,
@@ -138,7 +147,7 @@ pub enum BodyErrorKind {
     #[error("no link is the root: every one is the child of a joint")]
     NoRoot,
     /// Two links have no parent.
-    #[error("links `{one}` and `{other}` both have no parent: join them")]
+    #[error("links `{}` and `{}` both have no parent: join them", shown(.one), shown(.other))]
     TwoRoots {
         /// The first one.
         one: String,
@@ -146,7 +155,7 @@ pub enum BodyErrorKind {
         other: String,
     },
     /// The joints form a cycle.
-    #[error("link `{link}` is part of a loop of joints")]
+    #[error("link `{}` is part of a loop of joints", shown(.link))]
     Ring {
         /// A link of the cycle.
         link: String,

@@ -1,5 +1,7 @@
+use std::collections::BTreeMap;
+
 use crate::BodyError;
-use crate::urdf::Urdf;
+use crate::urdf::{Urdf, UrdfJoint};
 
 /// For each of `names`, the index of the nearest other one on the way to the root of a URDF; `None` without
 /// one. A name that is not in the URDF has no ancestor and is none.
@@ -9,12 +11,14 @@ use crate::urdf::Urdf;
 /// [`BodyError`] if the text is no URDF.
 pub fn nearest_ancestors(urdf: &str, names: &[&str]) -> Result<Vec<Option<usize>>, BodyError> {
     let robot = Urdf::parse(urdf)?;
-    let above = |link: &str| robot.joints.iter().find(|joint| joint.child == link);
+    // Of two joints with one child the first one counts.
+    let above: BTreeMap<&str, &UrdfJoint> =
+        robot.joints.iter().rev().map(|joint| (joint.child.as_str(), joint)).collect();
     let nearest = |name: &&str| {
         let mut joint = robot.joints.iter().find(|joint| joint.name == **name)?;
         // Bounds the walk if the joints form a cycle.
         for _step in 0..robot.joints.len() {
-            joint = above(&joint.parent)?;
+            joint = above.get(joint.parent.as_str())?;
             if let Some(place) = names.iter().position(|name| *name == joint.name) {
                 return Some(place);
             }

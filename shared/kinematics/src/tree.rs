@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
 use crate::BodyError;
@@ -56,7 +58,9 @@ impl Step {
 impl Tree {
     /// Reads links and joints; `index` maps the names of revolute joints to indices.
     pub(crate) fn new(urdf: &Urdf, index: impl Fn(&str) -> Option<usize>) -> Result<Self, BodyError> {
-        let find = |name: &str| urdf.links.iter().position(|link| link.name == name);
+        let indices: BTreeMap<&str, usize> =
+            urdf.links.iter().enumerate().map(|(index, link)| (link.name.as_str(), index)).collect();
+        let find = |name: &str| indices.get(name).copied();
         let mut nodes: Vec<Node> = urdf
             .links
             .iter()
@@ -101,12 +105,29 @@ impl Tree {
                 return Err(other.place.error(kind));
             }
         }
-        for (link, node) in tree.nodes.iter().enumerate() {
-            if tree.towards_root(Link(link)).count() > tree.nodes.len() {
-                return Err(node.place.error(BodyErrorKind::Ring { link: node.name.clone() }));
+        match tree.cycle() {
+            Some(node) => Err(node.place.error(BodyErrorKind::Ring { link: node.name.clone() })),
+            None => Ok(tree),
+        }
+    }
+
+    /// A link of a cycle; `None` if every link is connected to a root. Each link is visited once.
+    fn cycle(&self) -> Option<&Node> {
+        // The walk that visited a link first: a walk that meets itself is a cycle.
+        let mut walks: Vec<Option<usize>> = vec![None; self.nodes.len()];
+        for walk in 0..self.nodes.len() {
+            let mut at = Some(walk);
+            while let Some(link) = at {
+                let visited = walks.get_mut(link)?;
+                match visited {
+                    Some(before) if *before == walk => return self.nodes.get(link),
+                    Some(_) => break,
+                    None => *visited = Some(walk),
+                }
+                at = self.nodes.get(link)?.parent;
             }
         }
-        Ok(tree)
+        None
     }
 
     /// The link's place in the URDF.
@@ -145,7 +166,7 @@ impl Tree {
         steps
     }
 
-    /// The steps from the link to the root; for a cycle, one more than there are links.
+    /// The steps from the link to the root.
     fn towards_root(&self, link: Link) -> impl Iterator<Item = Step> + '_ {
         let mut at = self.nodes.get(link.0);
         std::iter::from_fn(move || {
@@ -153,6 +174,5 @@ impl Tree {
             at = node.parent.and_then(|parent| self.nodes.get(parent));
             Some(Step { origin: node.origin, turn: node.turn })
         })
-        .take(self.nodes.len() + 1)
     }
 }

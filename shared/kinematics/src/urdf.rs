@@ -2,13 +2,16 @@
 //!
 //! Leo uses the tree of links, and the origins, axes and limits of joints. Of these, all that is needed must be there. The
 //! rest may be incomplete: drawings, inertias, materials. But a number that is written must be a finite number everywhere,
-//! since viewers and other readers of the URDF get it too. `<gazebo>`, `<transmission>` and unknown elements are skipped.
+//! since viewers and other readers of the URDF get it too. `<gazebo>`, `<transmission>` and unknown elements are skipped,
+//! also in links and joints.
+
+use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::BodyError;
 use crate::body_error::{BodyErrorKind, Place};
-use crate::xml::{Element, malformed};
+use crate::xml::{Element, malformed, shown};
 
 /// No part of a robot is farther from the part that carries it. Larger numbers are millimetres, or a slip.
 const MAX_PLACE_M: f64 = 10.0;
@@ -36,6 +39,9 @@ const NUMBERS: [(&str, &[&str]); 16] = [
     ("color", &["rgba"]),
 ];
 
+/// The elements without numbers of their own that hold elements with numbers.
+const CONTAINERS: [&str; 5] = ["visual", "collision", "inertial", "geometry", "material"];
+
 /// The children of which a joint has one at most.
 const SINGLE: [&str; 6] = ["origin", "parent", "child", "axis", "limit", "mimic"];
 
@@ -48,6 +54,13 @@ pub(crate) struct Urdf {
     pub(crate) place: Place,
     pub(crate) links: Vec<UrdfLink>,
     pub(crate) joints: Vec<UrdfJoint>,
+}
+
+/// The places of the links and joints read so far, by their names.
+#[derive(Default)]
+struct FirstPlaces {
+    links: BTreeMap<String, Place>,
+    joints: BTreeMap<String, Place>,
 }
 
 /// A link.
@@ -83,18 +96,19 @@ impl Urdf {
     pub(crate) fn parse(text: &str) -> Result<Self, BodyError> {
         let robot = Element::root(text)?;
         if robot.tag != "robot" {
-            let reason = format!("its root element is `<{}>`, and not `<robot>`", robot.tag);
+            let reason = format!("its root element is `<{}>`, and not `<robot>`", shown(&robot.tag));
             return Err(malformed(robot.place, reason));
         }
         let version = version(&robot);
         let mut urdf = Self { place: robot.place, links: Vec::new(), joints: Vec::new() };
+        let mut first = FirstPlaces::default();
         for element in robot.children {
             match element.tag.as_str() {
-                "link" => urdf.add_link(&element)?,
-                "joint" => urdf.add_joint(element, version)?,
+                "link" => urdf.add_link(&element, &mut first.links)?,
+                "joint" => urdf.add_joint(element, version, &mut first.joints)?,
                 "material" => {
                     let name = element.attribute("name").unwrap_or_default();
-                    check_numbers(&format!("material `{name}`"), &element)?;
+                    check_numbers(&format!("material `{}`", shown(name)), &element)?;
                 }
                 _ => {}
             }
@@ -102,23 +116,29 @@ impl Urdf {
         Ok(urdf)
     }
 
-    fn add_link(&mut self, element: &Element) -> Result<(), BodyError> {
+    fn add_link(&mut self, element: &Element, first: &mut BTreeMap<String, Place>) -> Result<(), BodyError> {
         let name = name(element)?;
         let place = element.place;
-        if let Some(first) = self.links.iter().find(|link| link.name == name) {
-            return Err(twice(place, format!("link `{name}`"), first.place));
+        let link = format!("link `{}`", shown(&name));
+        if let Some(first) = first.insert(name.clone(), place) {
+            return Err(twice(place, link, first));
         }
-        check_numbers(&format!("link `{name}`"), element)?;
+        check_numbers(&link, element)?;
         self.links.push(UrdfLink { place, name });
         Ok(())
     }
 
-    fn add_joint(&mut self, element: Element, version: (u32, u32)) -> Result<(), BodyError> {
+    fn add_joint(
+        &mut self,
+        element: Element,
+        version: (u32, u32),
+        first: &mut BTreeMap<String, Place>,
+    ) -> Result<(), BodyError> {
         let name = name(&element)?;
         let place = element.place;
-        let shown = format!("joint `{name}`");
-        if let Some(first) = self.joints.iter().find(|joint| joint.name == name) {
-            return Err(twice(place, shown, first.place));
+        let shown = format!("joint `{}`", shown(&name));
+        if let Some(first) = first.insert(name.clone(), place) {
+            return Err(twice(place, shown, first));
         }
         for tag in SINGLE {
             let mut children = element.children.iter().filter(|child| child.tag == tag);
@@ -129,7 +149,7 @@ impl Urdf {
         check_numbers(&shown, &element)?;
         let found = element.attribute("type").ok_or_else(|| missing(&element, shown.clone(), "`type`"))?;
         let Some(joint_type) = TYPES.into_iter().find(|known| *known == found.trim()) else {
-            let reason = format!("it is one of {}", TYPES.join(", "));
+            let reason = format!("it must be one of {}", TYPES.join(", "));
             return Err(wrong_value(place, shown, "type", found, reason));
         };
         let link = |tag: &str| {
@@ -171,7 +191,7 @@ impl UrdfJoint {
     /// [`BodyErrorKind::NoAxis`] if it is shorter than 1e-6, [`BodyErrorKind::Value`] if it has not three numbers.
     pub(crate) fn axis(&self) -> Result<Unit<Vector3<f64>>, BodyError> {
         let Some(element) = self.element.child("axis") else { return Ok(Vector3::x_axis()) };
-        let shown = format!("joint `{}`: `<axis>`", self.name);
+        let shown = format!("joint `{}`: `<axis>`", shown(&self.name));
         let axis = numbers::<3>(&shown, element, "xyz")?;
         let axis = Vector3::from(axis.ok_or_else(|| missing(element, shown.clone(), "`xyz`"))?);
         let largest = axis.amax();
@@ -189,10 +209,10 @@ impl UrdfJoint {
     ///
     /// [`BodyErrorKind::Missing`] if one is missing, [`BodyErrorKind::Limits`] if they are crossed or there is no speed.
     pub(crate) fn limits(&self) -> Result<[f64; 3], BodyError> {
-        let shown = || format!("joint `{}`", self.name);
+        let joint = || format!("joint `{}`", shown(&self.name));
         let limit = self.element.child("limit");
-        let limit = limit.ok_or_else(|| missing(&self.element, shown(), "`<limit>`"))?;
-        let shown = format!("{}: `<limit>`", shown());
+        let limit = limit.ok_or_else(|| missing(&self.element, joint(), "`<limit>`"))?;
+        let shown = format!("{}: `<limit>`", joint());
         let number = |attribute: &str| {
             let found = numbers::<1>(&shown, limit, attribute)?.map(|[number]| number);
             // Before URDF 1.2, an omitted position limit is zero.
@@ -212,7 +232,7 @@ impl UrdfJoint {
     }
 }
 
-/// The version of the format; 1.0 if it is not said.
+/// The version of the format; 1.0 if it is missing or unreadable.
 fn version(robot: &Element) -> (u32, u32) {
     let said = robot.attribute("version").and_then(|version| {
         let (major, minor) = version.trim().split_once('.')?;
@@ -221,7 +241,7 @@ fn version(robot: &Element) -> (u32, u32) {
     said.unwrap_or((1, 0))
 }
 
-/// Checks every number of an element and of those in it.
+/// Checks every number of the known elements in an element.
 fn check_numbers(owner: &str, element: &Element) -> Result<(), BodyError> {
     for child in &element.children {
         let of_tag = NUMBERS.iter().filter(|(tag, _)| *tag == child.tag);
@@ -234,7 +254,9 @@ fn check_numbers(owner: &str, element: &Element) -> Result<(), BodyError> {
                 }
             }
         }
-        check_numbers(owner, child)?;
+        if CONTAINERS.contains(&child.tag.as_str()) {
+            check_numbers(owner, child)?;
+        }
     }
     Ok(())
 }
@@ -263,21 +285,25 @@ fn numbers<const N: usize>(
     match <[f64; N]>::try_from(numbers) {
         Ok(numbers) => Ok(Some(numbers)),
         Err(numbers) => {
-            let reason = format!("{N} numbers are needed, and not {}", numbers.len());
+            let needed = if N == 1 { "1 number is".to_owned() } else { format!("{N} numbers are") };
+            let reason = format!("{needed} needed, and not {}", numbers.len());
             Err(wrong_value(element.place, owner.to_owned(), attribute, value, reason))
         }
     }
 }
 
-/// A URDF origin: roll, pitch and yaw about fixed axes, in that order; from version 1.1 on, or a quaternion.
+/// A URDF origin: roll, pitch and yaw about fixed axes, in that order; or a quaternion, which needs version 1.1.
 fn pose(owner: &str, origin: &Element, version: (u32, u32)) -> Result<Isometry3<f64>, BodyError> {
     let place = numbers::<3>(owner, origin, "xyz")?.unwrap_or_default();
     let angles = numbers::<3>(owner, origin, "rpy")?;
-    let quaternion = if version >= (1, 1) { numbers::<4>(owner, origin, "quat_xyzw")? } else { None };
+    let quaternion = numbers::<4>(owner, origin, "quat_xyzw")?;
     let wrong = |reason: &str| {
         let value = origin.attribute("quat_xyzw").unwrap_or_default();
         wrong_value(origin.place, owner.to_owned(), "quat_xyzw", value, reason.to_owned())
     };
+    if quaternion.is_some() && version < (1, 1) {
+        return Err(wrong("it needs `version=\"1.1\"` in `<robot>`; without it, use `rpy`"));
+    }
     let rotation = match (angles, quaternion) {
         (Some(_), Some(_)) => return Err(wrong("`rpy` is there too, and one of them is enough")),
         (None, Some(quaternion)) => {
@@ -296,7 +322,7 @@ fn pose(owner: &str, origin: &Element, version: (u32, u32)) -> Result<Isometry3<
 fn name(element: &Element) -> Result<String, BodyError> {
     match element.attribute("name") {
         Some(name) if !name.trim().is_empty() => Ok(name.to_owned()),
-        _ => Err(missing(element, format!("a `<{}>`", element.tag), "`name`")),
+        _ => Err(missing(element, format!("a `<{}>`", shown(&element.tag)), "`name`")),
     }
 }
 

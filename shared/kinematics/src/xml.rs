@@ -1,13 +1,16 @@
 //! The elements of an XML text, each with its place.
 
-use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
 
 use crate::BodyError;
 use crate::body_error::{BodyErrorKind, Place};
 
 /// Elements nested deeper are refused. No URDF needs a tenth of it, and the tree is dropped by recursion.
 const MAX_DEPTH: usize = 100;
+
+/// The attributes that hold the name of a joint or link. Such a name stands on one line.
+const NAMES: [&str; 3] = ["name", "link", "joint"];
 
 /// An element with its attributes and children. Its text is left out: a URDF has none.
 #[derive(Clone, Debug)]
@@ -38,10 +41,8 @@ impl Element {
             let finished = match event {
                 Event::Start(tag) => {
                     if open.len() == MAX_DEPTH {
-                        return Err(malformed(
-                            start,
-                            format!("more than {MAX_DEPTH} elements in each other"),
-                        ));
+                        let reason = format!("its elements are nested deeper than {MAX_DEPTH}");
+                        return Err(malformed(start, reason));
                     }
                     open.push(Self::opened(&tag, start, &reader)?);
                     None
@@ -67,29 +68,41 @@ impl Element {
                 None if root.is_some() => {
                     return Err(malformed(
                         finished.place,
-                        format!("a second root element: `<{}>`", finished.tag),
+                        format!("a second root element: `<{}>`", shown(&finished.tag)),
                     ));
                 }
                 None => root = Some(finished),
             }
         }
         if let Some(open) = open.pop() {
-            return Err(malformed(open.place, format!("`<{}>` is never closed", open.tag)));
+            return Err(malformed(open.place, format!("`<{}>` is never closed", shown(&open.tag))));
         }
         root.ok_or_else(|| malformed(Place::START, "no element `<robot>`"))
     }
 
     fn opened(tag: &BytesStart<'_>, place: Place, reader: &Reader<&[u8]>) -> Result<Self, BodyError> {
-        let name = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        let tag_name = name(tag.name().as_ref());
-        let wrong = |error: String| malformed(place, format!("`<{tag_name}>`: {error}"));
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let tag_name = text(tag.name().as_ref());
+        let wrong = |error: String| malformed(place, format!("`<{}>`: {error}", shown(&tag_name)));
+        let checked = |text: &str, of: &str, is_name: bool| match control(text, is_name) {
+            Some(found) => Err(wrong(format!("control character {} in {of}", found.escape_unicode()))),
+            None => Ok(()),
+        };
+        checked(&tag_name, "the tag", true)?;
         let mut attributes = Vec::new();
         for attribute in tag.attributes() {
             let attribute = attribute.map_err(|error| wrong(error.to_string()))?;
+            let name = text(attribute.key.as_ref());
+            checked(&name, "the name of an attribute", true)?;
             let value = attribute
-                .decode_and_unescape_value(reader.decoder())
+                .decoded_and_normalized_value(XmlVersion::Implicit1_0, reader.decoder())
                 .map_err(|error| wrong(error.to_string()))?;
-            attributes.push((name(attribute.key.as_ref()), value.into_owned()));
+            let is_name = NAMES.contains(&name.as_str());
+            // A line break becomes a space in the value; the character reference of a control character becomes one.
+            for value in [&*String::from_utf8_lossy(&attribute.value), &*value] {
+                checked(value, &format!("`{}`", shown(&name)), is_name)?;
+            }
+            attributes.push((name, value.into_owned()));
         }
         Ok(Self { tag: tag_name, place, attributes, children: Vec::new() })
     }
@@ -104,8 +117,36 @@ impl Element {
     }
 }
 
-pub(crate) fn malformed(place: Place, reason: impl Into<String>) -> BodyError {
-    place.error(BodyErrorKind::Urdf { reason: reason.into() })
+/// The first control character of a text, which could change the terminal or the log that shows it. Tabs and line breaks
+/// are allowed outside of names.
+fn control(text: &str, is_name: bool) -> Option<char> {
+    text.chars().find(|found| found.is_control() && (is_name || !matches!(found, '\t' | '\n' | '\r')))
+}
+
+/// An error of the text. The reason may quote the text, and is escaped.
+pub(crate) fn malformed(place: Place, reason: impl AsRef<str>) -> BodyError {
+    const MAX_CHARACTERS: usize = 200;
+    place.error(BodyErrorKind::Urdf { reason: escaped(reason.as_ref(), MAX_CHARACTERS) })
+}
+
+/// A name as errors show it: its first 60 characters, without any that is invisible.
+pub(crate) fn shown(name: &str) -> String {
+    const MAX_CHARACTERS: usize = 60;
+    escaped(name, MAX_CHARACTERS)
+}
+
+fn escaped(text: &str, max_characters: usize) -> String {
+    let mut escaped = String::new();
+    for character in text.chars().take(max_characters) {
+        match character {
+            '"' | '\'' | '\\' => escaped.push(character),
+            _ => escaped.extend(character.escape_debug()),
+        }
+    }
+    if text.chars().nth(max_characters).is_some() {
+        escaped.push('…');
+    }
+    escaped
 }
 
 /// Counts lines and columns up to an offset.
@@ -159,6 +200,7 @@ mod tests {
     #[test]
     fn a_malformed_text_is_refused_with_the_place() {
         let deep = "<a>".repeat(1_000_000);
+        let long = format!("<{}>", "a".repeat(1_000_000));
         let texts = [
             "",
             "robot",
@@ -171,8 +213,40 @@ mod tests {
             "<robot>\n<link name=a/></robot>",
             "<robot>\n<link name=\"&own;\"/></robot>",
             "<robot></robot></robot>",
+            "<robot>\n<\u{1b}[2J/></robot>",
+            "<robot>\n<link></\u{1b}[2J></robot>",
+            "<robot>\n<link na\u{7f}me=\"a\"/></robot>",
+            "<robot>\n<link name=\"\u{1b}]0;a\"/></robot>",
+            "<robot>\n<link name=\"a&#27;[2J\"/></robot>",
+            "<robot>\n<link name=\"a&#x9b;2J\"/></robot>",
+            "<robot>\n<link name=\"a\nb\"/></robot>",
+            "<robot>\n<link name=\"a&#10;b\"/></robot>",
+            "<robot>\n<child link=\"a\tb\"/></robot>",
+            "<robot>\n<axis xyz=\"0\u{0} 1\"/></robot>",
+            "<robot>\n<link name=\"&\u{1b};\"/></robot>",
             &deep,
+            &long,
         ];
         insta::assert_snapshot!(texts.map(refused).join("\n"));
+    }
+
+    #[test]
+    fn a_value_may_hold_tabs_and_line_breaks() {
+        let robot =
+            Element::root("<robot><axis xyz=\"0\t0\r\n1\" note=\"&#9;&#10;&#13;\"/></robot>").unwrap();
+        let axis = robot.child("axis").unwrap();
+        let words = axis.attribute("xyz").unwrap().split_whitespace().collect::<Vec<_>>();
+        assert_eq!((words, axis.attribute("note")), (vec!["0", "0", "1"], Some("\t\n\r")));
+    }
+
+    #[test]
+    fn many_attributes_are_read_in_linear_time() {
+        use std::fmt::Write as _;
+        let mut text = "<robot".to_owned();
+        for number in 0..300_000 {
+            write!(text, " a{number}=''").unwrap();
+        }
+        assert_eq!(Element::root(&format!("{text}/>")).unwrap().attributes.len(), 300_000);
+        assert!(refused(&format!("{text} a7=''/>")).contains("duplicated attribute"));
     }
 }

@@ -223,6 +223,8 @@ fn what_is_never_used_may_be_incomplete() {
         "<inertial><mass/><inertia ixx=\"1\"/></inertial>",
         "<inertial><origin/></inertial><inertial/>",
         "<sensor type=\"nan\"/>",
+        "<sensor><origin xyz=\"nan 0 0\"/><mass value=\"heavy\"/></sensor>",
+        "<visual><shell><origin xyz=\"nan 0 0\"/></shell></visual>",
     ];
     let rest = [
         "<material/><material/>",
@@ -246,6 +248,7 @@ fn what_is_never_used_may_be_incomplete() {
         ("<robot name=\"leo\">", "<robot>"),
         (" effort=\"", " was=\""),
         ("</joint>", "<dynamics/><calibration/><safety_controller/></joint>"),
+        ("</joint>", "<sensor><axis xyz=\"nan\"/></sensor></joint>"),
     ] {
         accepted(&changed("<robot", from, to));
     }
@@ -264,8 +267,12 @@ fn a_missing_part_is_named_with_its_joint_and_line() {
         ("name=\"torso_yaw_joint\"", "name=\" \"", "a `<joint>` has no `name`"),
         ("<axis xyz=\"0 0 1\"", "<axis xyz=\"0 1\"", "3 numbers are needed, and not 2"),
         ("<origin xyz=\"", "<origin xyz=\"0 ", "3 numbers are needed, and not 4"),
-        ("lower=\"-0.8\"", "lower=\"\"", "1 numbers are needed, and not 0"),
-        ("type=\"revolute\"", "type=\"hinge\"", "`type` is \"hinge\": it is one of revolute, continuous"),
+        ("lower=\"-0.8\"", "lower=\"\"", "1 number is needed, and not 0"),
+        (
+            "type=\"revolute\"",
+            "type=\"hinge\"",
+            "`type` is \"hinge\": it must be one of revolute, continuous",
+        ),
         ("type=\"revolute\"", "type=\"prismatic\"", "joint `torso_yaw_joint` is of type `prismatic`"),
         ("type=\"revolute\"", "type=\"fixed\"", "joint `torso_yaw_joint` is of type `fixed`"),
         ("child link=\"", "child link=\"un", "joins a link `untorso_yaw_link`"),
@@ -298,8 +305,13 @@ fn an_orientation_is_given_by_angles_or_a_quaternion() {
     let angles = ahead(&accepted(&with("1.0", "rpy=\"0 0 1.5707963267948966\"")));
     let quaternion = "quat_xyzw=\"0 0 0.70710678118654752 0.70710678118654752\"";
     assert!((ahead(&accepted(&with("1.1", quaternion))) - angles).norm() < 1e-9);
-    // Version 1.0 has no quaternions.
-    assert!((ahead(&accepted(&with("1.0", quaternion))) - angles).norm() > 0.1);
+    for version in ["1.0", "1", "one.one", ""] {
+        let error = refused(&with(version, quaternion));
+        assert_eq!(error.line, TORSO_YAW.0);
+        let said = error.kind.to_string();
+        assert!(said.starts_with("joint `torso_yaw_joint`: `<origin>`: `quat_xyzw` is \"0 0 0.7"), "{said}");
+        assert!(said.ends_with(": it needs `version=\"1.1\"` in `<robot>`; without it, use `rpy`"), "{said}");
+    }
     let both = refused(&with("1.1", &format!("rpy=\"0 0 0\" {quaternion}"))).kind.to_string();
     assert!(both.contains("`rpy` is there too"), "{both}");
     for (value, words) in [("0 0 0 0", "no direction"), ("0 0 1", "4 numbers"), ("0 nan 0 1", "`nan`")] {
@@ -315,6 +327,56 @@ fn another_document_is_not_a_urdf() {
         assert!(matches!(error.kind, BodyErrorKind::Urdf { .. }), "{error}");
         assert!(nearest_ancestors(text, &[]).is_err());
     }
+}
+
+/// A body with many more links, each fixed to the one before.
+fn with_many_links(count: usize) -> String {
+    let mut more = String::new();
+    for number in 0..count {
+        let parent = if number == 0 { "base_link".to_owned() } else { format!("l{}", number - 1) };
+        more += &format!(
+            "<joint name=\"j{number}\" type=\"fixed\"><parent link=\"{parent}\"/><child link=\"l{number}\"/></joint>\
+            <link name=\"l{number}\"/>\n"
+        );
+    }
+    before_the_end(&more)
+}
+
+/// With loops within loops over the links, this test would take minutes.
+#[test]
+fn many_links_are_read_in_a_moment() {
+    const COUNT: usize = 30_000;
+    let text = with_many_links(COUNT);
+    assert!(accepted(&text).links(&[]).count() > COUNT);
+    let last = format!("j{}", COUNT - 1);
+    assert_eq!(nearest_ancestors(&text, &["j0", &last]).expect("a tree"), [None, Some(0)]);
+    let again = text.replace("</robot>", "<link name=\"l7\"/></robot>");
+    assert!(matches!(refused(&again).kind, BodyErrorKind::Twice { .. }));
+    // The chain hangs on its own end: it is a loop beside the body.
+    let looped = text.replacen(
+        "<parent link=\"base_link\"/><child link=\"l0\"/>",
+        &format!("<parent link=\"l{}\"/><child link=\"l0\"/>", COUNT - 1),
+        1,
+    );
+    let error = refused(&looped);
+    assert!(matches!(&error.kind, BodyErrorKind::Ring { link } if link == "l0"), "{error}");
+}
+
+#[test]
+fn a_long_name_is_shown_shortened() {
+    let long = "l".repeat(100_000);
+    let said = [
+        refused(&torso_yaw("child link=\"", &format!("child link=\"{long}"))),
+        refused(&torso_yaw("name=\"", &format!("name=\"{long}"))),
+        refused(&before_the_end(&format!("<link name=\"{long}\"/><link name=\"{long}\"/>"))),
+        refused(&before_the_end(&format!("<link name=\"{long}\"/>"))),
+    ];
+    for said in said.map(|error| error.to_string()) {
+        assert!(said.contains(&format!("`{}…`", "l".repeat(60))) && said.len() < 300, "{said}");
+    }
+    // A mark that turns the direction of the text is no control character, and still not printed.
+    let said = refused(&before_the_end("<link name=\"a\u{202e}b\"/>")).to_string();
+    assert!(said.contains("`a\\u{202e}b`"), "{said}");
 }
 
 proptest! {

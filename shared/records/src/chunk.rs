@@ -22,8 +22,8 @@ pub(crate) struct OpenChunk {
 
 /// Why a chunk cannot be opened.
 pub(crate) enum ChunkError {
-    /// Its sizes do not fit into its record. They claim `content` bytes of it.
-    Sizes { content: u64, error: McapError },
+    /// Its sizes claim more than its record holds, as in a chunk that its writer did not close.
+    Sizes(McapError),
     /// Its records cannot be read.
     Records(RecordsError),
 }
@@ -59,20 +59,17 @@ impl OpenChunk {
 
     /// Opens a chunk with the record content `data`. Returns whether it has a check sum or needs none.
     pub(crate) fn open(&mut self, data: &[u8], budget: &mut Budget) -> Result<bool, ChunkError> {
-        let claimed = claimed(data);
+        let length = u64::try_from(data.len()).unwrap_or(u64::MAX);
+        let claims_more = claimed(data).is_some_and(|claimed| claimed > length);
         let (header, records) = match mcap::parse_record(op::CHUNK, data) {
             // A size that was never filled in.
-            Ok(Record::Chunk { .. }) if claimed == Some(u64::MAX) => {
-                return Err(ChunkError::Sizes { content: u64::MAX, error: McapError::UnexpectedEoc });
+            Ok(Record::Chunk { .. }) if claims_more => {
+                return Err(ChunkError::Sizes(McapError::UnexpectedEoc));
             }
             Ok(Record::Chunk { header, data: records }) => (header, records),
             Ok(_) => return Err(McapError::UnexpectedEoc.into()),
-            Err(error) => {
-                return Err(match claimed {
-                    Some(content) => ChunkError::Sizes { content, error },
-                    None => error.into(),
-                });
-            }
+            Err(error) if claims_more => return Err(ChunkError::Sizes(error)),
+            Err(error) => return Err(error.into()),
         };
         let ChunkHeader { compressed_size, uncompressed_size, compression, uncompressed_crc, .. } = header;
         let expanded = if compression.is_empty() {

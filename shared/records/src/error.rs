@@ -39,3 +39,12 @@ impl fmt::Display for Unchecked {
         write!(out, "{places} {have} no check sum, the first within its first {first_bytes} bytes")
     }
 }
+
+/// Where a truncated file stops being readable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cut {
+    /// Where the incomplete record begins, in bytes from the beginning of the file.
+    pub record_at: u64,
+    /// Bytes of the file from there to its end. They were not used.
+    pub unread_bytes: u64,
+}

@@ -9,7 +9,7 @@ mod error;
 mod parse;
 mod reader;
 
-pub use error::{RecordsError, Unchecked};
+pub use error::{Cut, RecordsError, Unchecked};
 pub use parse::RecordFilter;
 pub use reader::Records;
 

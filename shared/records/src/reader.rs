@@ -6,7 +6,7 @@ use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::chunk::{ChunkError, ChunkEvent, OpenChunk};
-use crate::{MAX_RECORD_BYTES, RecordFilter, RecordsError, Unchecked};
+use crate::{Cut, MAX_RECORD_BYTES, RecordFilter, RecordsError, Unchecked};
 
 /// Read size in bytes: memory for a record grows with the data read, not with the declared length.
 const PIECE: usize = 256 << 10;
@@ -24,7 +24,9 @@ pub struct Records<R> {
     unchecked: Option<Unchecked>,
     /// Where the next record of the file begins, in bytes.
     next_record_at: u64,
-    is_cut: bool,
+    /// The last bytes read.
+    tail: [u8; mcap::MAGIC.len()],
+    cut: Option<Cut>,
     has_ended: bool,
 }
 
@@ -48,7 +50,8 @@ impl<R: Read> Records<R> {
             budget: Budget::expansion(),
             unchecked: None,
             next_record_at: saturating_u64(mcap::MAGIC.len()),
-            is_cut: false,
+            tail: [0; mcap::MAGIC.len()],
+            cut: None,
             has_ended: false,
         }
     }
@@ -75,9 +78,16 @@ impl<R: Read> Records<R> {
 
     /// Whether the file is truncated: it ends within a record, or a length in it reaches past its end. The writer was
     /// killed, or the disk was full. A writer that seeks leaves the largest length in a chunk that it did not close.
+    /// A file with the magic bytes at its end was closed, so it is damaged and not truncated.
     #[must_use]
     pub fn is_cut(&self) -> bool {
-        self.is_cut
+        self.cut.is_some()
+    }
+
+    /// Where the file is truncated; `None` if it is not, as far as it was read.
+    #[must_use]
+    pub fn cut(&self) -> Option<Cut> {
+        self.cut
     }
 
     /// Number of bytes read so far.
@@ -103,57 +113,81 @@ impl<R: Read> Records<R> {
             Some(Ok(LinearReadEvent::ReadRequest(wanted))) => self.read(wanted).map(|()| Step::Skipped),
             Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                 let content_at = self.next_record_at.saturating_add(RECORD_HEAD);
-                self.next_record_at = content_at.saturating_add(saturating_u64(data.len()));
+                let end = content_at.saturating_add(saturating_u64(data.len()));
                 if opcode == op::CHUNK {
                     match self.chunk.open(data, &mut self.budget) {
                         Ok(is_checked) => self.count(is_checked),
                         Err(ChunkError::Records(error)) => return Err(error),
-                        Err(ChunkError::Sizes { content, error }) => {
-                            return self.cut_or(content_at, content, error.into());
+                        // Behind an unclosed chunk, nothing was written.
+                        Err(ChunkError::Sizes(error)) => {
+                            return self.cut_unless_longer(end.saturating_add(1), error.into());
                         }
                     }
+                    self.next_record_at = end;
                     return Ok(Step::Skipped);
                 }
+                self.next_record_at = end;
                 let record = self.wanted.parse(opcode, data)?;
                 self.count(opcode != op::MESSAGE);
                 Ok(record.map_or(Step::Skipped, Step::Record))
             }
-            Some(Err(McapError::UnexpectedEof)) => Ok(self.cut()),
+            Some(Err(McapError::UnexpectedEof)) => self.end_as_cut(),
             Some(Err(McapError::RecordTooLarge { opcode, len })) => {
-                let content_at = self.next_record_at.saturating_add(RECORD_HEAD);
-                self.cut_or(content_at, len, McapError::RecordTooLarge { opcode, len }.into())
+                let end = self.next_record_at.saturating_add(RECORD_HEAD).saturating_add(len);
+                self.cut_unless_longer(end, McapError::RecordTooLarge { opcode, len }.into())
             }
             Some(Err(error)) => Err(error.into()),
         }
     }
 
-    fn cut(&mut self) -> Step {
-        self.is_cut = true;
-        Step::End
+    /// The end of a truncated file.
+    ///
+    /// # Errors
+    ///
+    /// The file ends with the magic bytes: its writer closed it, so a length in it is wrong.
+    fn end_as_cut(&mut self) -> Result<Step, RecordsError> {
+        // An incomplete magic is one at the beginning of the file.
+        let record_at = self.next_record_at.min(self.read_bytes());
+        let unread_bytes = self.read_bytes() - record_at;
+        if self.tail == mcap::MAGIC && unread_bytes >= saturating_u64(mcap::MAGIC.len()) {
+            let reason = format!(
+                "the record at byte {record_at} does not end before the file, which is complete: {unread_bytes} \
+                 bytes were not read"
+            );
+            return Err(RecordsError::Damaged(reason));
+        }
+        self.cut = Some(Cut { record_at, unread_bytes });
+        Ok(Step::End)
     }
 
-    /// The end of a truncated file if `length` bytes from `at` on reach past the end of the file; otherwise `error`.
-    fn cut_or(&mut self, at: u64, length: u64, error: RecordsError) -> Result<Step, RecordsError> {
-        let end = at.saturating_add(length);
+    /// The end of a truncated file if it is shorter than `length` bytes; otherwise `error`.
+    fn cut_unless_longer(&mut self, length: u64, error: RecordsError) -> Result<Step, RecordsError> {
         let mut dropped = vec![0; PIECE];
-        while self.read_bytes() < end {
+        while self.read_bytes() < length {
             let read = read(&mut self.source, &mut dropped)?;
             if read == 0 {
-                return Ok(self.cut());
+                return self.end_as_cut();
             }
-            self.add_read(read);
+            self.add_read(dropped.get(..read).unwrap_or_default());
         }
         Err(error)
     }
 
     fn read(&mut self, wanted: usize) -> Result<(), RecordsError> {
-        let read = read(&mut self.source, self.file.insert(wanted.min(PIECE)))?;
-        self.add_read(read);
+        let into = self.file.insert(wanted.min(PIECE));
+        let read = read(&mut self.source, into)?;
+        add_to_tail(&mut self.tail, into.get(..read).unwrap_or_default());
+        self.count_read(read);
         self.file.notify_read(read);
         Ok(())
     }
 
-    fn add_read(&mut self, read: usize) {
+    fn add_read(&mut self, bytes: &[u8]) {
+        add_to_tail(&mut self.tail, bytes);
+        self.count_read(bytes.len());
+    }
+
+    fn count_read(&mut self, read: usize) {
         self.budget.set_read_bytes(self.read_bytes().saturating_add(saturating_u64(read)));
     }
 
@@ -161,6 +195,18 @@ impl<R: Read> Records<R> {
         if !is_checked {
             let first_bytes = self.read_bytes();
             self.unchecked.get_or_insert(Unchecked { places: 0, first_bytes }).places += 1;
+        }
+    }
+}
+
+/// Keeps the last bytes of a stream.
+fn add_to_tail<const N: usize>(tail: &mut [u8; N], bytes: &[u8]) {
+    if let Some(last) = bytes.last_chunk() {
+        *tail = *last;
+    } else {
+        tail.rotate_left(bytes.len());
+        for (kept, byte) in tail.iter_mut().rev().zip(bytes.iter().rev()) {
+            *kept = *byte;
         }
     }
 }

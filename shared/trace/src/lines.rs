@@ -50,7 +50,7 @@ impl<R: BufRead> Lines<R> {
     }
 
     /// The next frame; `None` at the end, or if the last line is truncated, which sets `cut`.
-    pub(crate) fn next(&mut self, name: &str, cut: &mut bool) -> Result<Option<Frame>, TraceError> {
+    pub(crate) fn next(&mut self, name: &str, cut: &mut Option<u64>) -> Result<Option<Frame>, TraceError> {
         if !self.advance(name)? {
             return Ok(None);
         }
@@ -58,7 +58,8 @@ impl<R: BufRead> Lines<R> {
         match json::read_frame(text) {
             Ok(frame) => Ok(Some(frame)),
             Err(error) if error.is_cut() && !text.ends_with(b"\n") => {
-                *cut = true;
+                let length = u64::try_from(text.len()).unwrap_or(u64::MAX);
+                *cut = Some(self.read_bytes().saturating_sub(length));
                 Ok(None)
             }
             Err(error) => Err(error.at(text, name, self.place())),

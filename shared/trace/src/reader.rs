@@ -47,23 +47,31 @@ pub struct Reader<R> {
     refusals: RejectionCounts,
     /// Number of frames returned.
     frames: u64,
-    cut: bool,
+    /// Where an incomplete record or line at the end begins, in bytes.
+    cut: Option<u64>,
     ended: bool,
 }
 
 /// The end of a truncated trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Truncation {
-    /// Number of bytes read.
+    /// Number of bytes of the trace.
     pub bytes: u64,
+    /// Where the incomplete record or line begins, in bytes. If nothing is incomplete, the number of bytes.
+    pub incomplete_at: u64,
     /// Number of frames read.
     pub frames: u64,
 }
 
 impl fmt::Display for Truncation {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { bytes, frames } = self;
+        let Self { bytes, incomplete_at, frames } = *self;
         write!(out, "the trace is cut short after {bytes} bytes, as by a killed writer: ")?;
+        match bytes.saturating_sub(incomplete_at) {
+            0 => {}
+            1 => write!(out, "its last byte was not read, ")?,
+            unread => write!(out, "the last {unread} bytes, from byte {incomplete_at} on, were not read, ")?,
+        }
         match frames {
             0 => write!(out, "it has no whole frame"),
             1 => write!(out, "1 whole frame was read"),
@@ -101,7 +109,8 @@ impl<R: Read> Reader<R> {
         let length = u64::try_from(MAGIC.len()).unwrap_or(0);
         let read = source.by_ref().take(length).read_to_end(&mut first);
         read.map_err(|source| TraceError::Read { name: name.to_owned(), source })?;
-        let is_mcap = first == MAGIC;
+        // A file that ends within its magic is a truncated one. No JSON begins like it.
+        let is_mcap = !first.is_empty() && MAGIC.starts_with(&first);
         if first.starts_with(BYTE_ORDER_MARK) {
             first.drain(..BYTE_ORDER_MARK.len());
         }
@@ -117,7 +126,7 @@ impl<R: Read> Reader<R> {
             newest: BTreeMap::new(),
             refusals: RejectionCounts::default(),
             frames: 0,
-            cut: false,
+            cut: None,
             ended: false,
         })
     }
@@ -131,13 +140,17 @@ impl<R: Read> Reader<R> {
     /// Whether the trace is truncated: it ends within a frame, or a length in it reaches past its end.
     #[must_use]
     pub fn is_cut(&self) -> bool {
-        self.cut
+        self.cut.is_some()
     }
 
     /// Where the trace is truncated; `None` if it is not, as far as it was read.
     #[must_use]
     pub fn truncation(&self) -> Option<Truncation> {
-        self.cut.then(|| Truncation { bytes: self.read_bytes(), frames: self.frames })
+        self.cut.map(|incomplete_at| Truncation {
+            bytes: self.read_bytes(),
+            incomplete_at,
+            frames: self.frames,
+        })
     }
 
     /// The part read so far that has no checksum, in which damage goes unnoticed. `None` for JSON lines, which never

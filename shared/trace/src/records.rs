@@ -37,11 +37,11 @@ impl<R: Read> Records<R> {
     }
 
     /// The next frame; `None` at the end, or if the file is truncated, which sets `cut`.
-    pub(crate) fn next(&mut self, name: &str, cut: &mut bool) -> Result<Option<Frame>, TraceError> {
+    pub(crate) fn next(&mut self, name: &str, cut: &mut Option<u64>) -> Result<Option<Frame>, TraceError> {
         loop {
             let record = self.records.next_record().map_err(|error| self.unread(name, error))?;
             let Some(record) = record else {
-                *cut = self.records.is_cut();
+                *cut = self.records.cut().map(|cut| cut.record_at);
                 return Ok(None);
             };
             if let Some(frame) = self.take(name, record)? {

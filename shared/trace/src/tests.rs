@@ -188,14 +188,14 @@ proptest! {
     #[test]
     fn a_trace_that_was_cut_is_read_up_to_the_cut(frames in frames(), at in any::<prop::sample::Index>()) {
         for bytes in both(&frames) {
-            // A writer killed before the header leaves no trace.
-            let shortest = if bytes.starts_with(mcap::MAGIC) { 8 } else { 16 };
+            // A line that is cut within the header is no header.
+            let shortest = if bytes.starts_with(mcap::MAGIC) { 1 } else { 16 };
             let cut = &bytes[..at.index(bytes.len() - shortest) + shortest];
             let (back, error, reader) = read(cut);
             prop_assert!(error.is_none(), "{error:?}");
             assert_same(&back, &frames[..back.len()]);
             // Truncation between two lines looks like a shorter trace.
-            let between = !cut.starts_with(mcap::MAGIC) && cut.last().is_some_and(|last| b"\n}".contains(last));
+            let between = cut.starts_with(b"{") && cut.last().is_some_and(|last| b"\n}".contains(last));
             prop_assert!(reader.is_cut() || between);
         }
     }
@@ -380,16 +380,80 @@ fn a_length_beyond_the_file_is_a_cut_for_any_record() {
 }
 
 #[test]
+fn a_wrong_length_in_a_complete_file_is_damage() {
+    let (frames, bytes) = chunked(WriteOptions::new());
+    for (at, op) in records_of(&bytes) {
+        let as_cut = read_cut(&bytes[..at + 5], &frames);
+        // One bit of the length: within the bound of a record, or beyond it.
+        for bit in [25, 30, 40, 63] {
+            let mut flipped = bytes.clone();
+            flipped[at + 1 + bit / 8] ^= 1 << (bit % 8);
+            let (back, error, reader) = read(&flipped);
+            let said = error.expect("it is damaged").to_string();
+            assert!(said.contains(&format!("the record at byte {at} ")) && !reader.is_cut(), "{op}: {said}");
+            assert_eq!(back.len(), as_cut);
+            // Without its end, the file looks like one of a killed writer, and the bytes not read are counted.
+            flipped.pop();
+            assert_eq!(read_cut(&flipped, &frames), as_cut);
+            let truncation = read(&flipped).2.truncation().unwrap();
+            assert_eq!(truncation.incomplete_at, u64::try_from(at).unwrap());
+            assert_eq!(truncation.bytes, u64::try_from(flipped.len()).unwrap());
+        }
+    }
+}
+
+#[test]
+fn a_wrong_chunk_size_is_a_cut_only_in_the_last_record() {
+    for compression in [None, Some(mcap::Compression::Zstd)] {
+        let (frames, bytes) = chunked(WriteOptions::new().compression(compression));
+        let records = records_of(&bytes);
+        let chunk = records.iter().position(|(_, op)| *op == mcap::records::op::CHUNK).unwrap();
+        let ((at, _), (next, _)) = (records[chunk], records[chunk + 1]);
+        let name = u32::from_le_bytes(bytes[at + 37..at + 41].try_into().unwrap());
+        let compressed = at + 41 + usize::try_from(name).unwrap();
+        let mut unclosed = bytes[..next].to_vec();
+        unclosed[compressed..compressed + 8].fill(0xff);
+        assert_eq!(read_cut(&unclosed, &frames), 0);
+        let truncation = read(&unclosed).2.truncation().unwrap();
+        assert_eq!(truncation.incomplete_at, u64::try_from(at).unwrap());
+        for more in [next + 1, next + 20, bytes.len() - 1] {
+            for size in [u64::MAX, 1 << 63, 1 << 40] {
+                let mut damaged = bytes[..more].to_vec();
+                damaged[compressed..compressed + 8].copy_from_slice(&size.to_le_bytes());
+                let (back, error, reader) = read(&damaged);
+                assert!(matches!(error, Some(TraceError::Damaged { .. })) && !reader.is_cut(), "{error:?}");
+                assert!(back.is_empty());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_cut_line_is_counted() {
+    let text = "{\"leo_trace\": 1}\n{\"at_ns\": 1, \"observations\": []}\n{\"at_ns\": 2, ";
+    let (frames, error, reader) = read(text.as_bytes());
+    assert!(frames.len() == 1 && error.is_none());
+    let truncation = reader.truncation().unwrap();
+    assert_eq!((truncation.bytes, truncation.incomplete_at, truncation.frames), (63, 50, 1));
+    assert_eq!(&text[50..], "{\"at_ns\": 2, ");
+}
+
+#[test]
 fn a_trace_cut_before_its_first_chunk_says_so() {
     let (frames, bytes) = chunked(WriteOptions::new());
     let chunk = records_of(&bytes).into_iter().find(|(_, op)| *op == mcap::records::op::CHUNK).unwrap().0;
-    for length in [8, 9, 20, 60, chunk, chunk + 9, chunk + 300] {
+    for length in (1..=9).chain([20, 60, chunk, chunk + 9, chunk + 300]) {
         assert_eq!(read_cut(&bytes[..length], &frames), 0, "{length}");
     }
+    // Other bytes than those of the magic are no trace.
+    assert!(Reader::new(&b"\x89MCAQ"[..], "t").is_err());
     let (_, _, reader) = read(&bytes[..chunk + 300]);
-    let one = crate::Truncation { bytes: 100, frames: 1 };
-    let two = crate::Truncation { bytes: 100, frames: 2 };
-    let none = crate::Truncation { bytes: 100, ..reader.truncation().unwrap() };
+    let truncation = reader.truncation().unwrap();
+    let length = u64::try_from(chunk).unwrap();
+    assert_eq!((truncation.bytes, truncation.incomplete_at), (length + 300, length));
+    let one = crate::Truncation { bytes: 100, incomplete_at: 99, frames: 1 };
+    let two = crate::Truncation { bytes: 100, incomplete_at: 100, frames: 2 };
+    let none = crate::Truncation { bytes: 100, incomplete_at: 58, frames: 0 };
     insta::assert_snapshot!([none, one, two].map(|end| end.to_string()).join("\n"));
 
     let folder = tempfile::tempdir().unwrap();
