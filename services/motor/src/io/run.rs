@@ -17,9 +17,11 @@ const END_WITHIN: Duration = Duration::from_secs(1);
 /// Time after which the orderly end switches torque off even if joints still move, so that no torque is left on.
 const LET_GO_AFTER: Duration = Duration::from_millis(750);
 /// Reply timeout of simulated servos without injected faults, if real-time rights are missing. They always answer, but
-/// their process may have to wait for a processor. An exchange with two such timeouts is shorter than the time after
-/// which a busy bus is lost.
+/// their process may have to wait for a processor.
 const STARVED_REPLY_TIMEOUT: Duration = Duration::from_millis(20);
+/// Maximum reply timeout of simulated servos in periods of the motor. At any rate an exchange with two such timeouts is
+/// shorter than the time after which a busy bus is lost.
+const STARVED_PERIODS: u32 = 10;
 
 /// Runs the motor process until it is told to stop. Then the joints decelerate and hold, and torque goes off.
 ///
@@ -43,7 +45,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let reply_timeout = if launch.lockstep {
         (step_timeout / 4, step_timeout / 4)
     } else if reporter.has_faultless_mocks_only() && member.health().missing_rights != 0 {
-        (STARVED_REPLY_TIMEOUT, STARVED_REPLY_TIMEOUT)
+        let timeout = STARVED_REPLY_TIMEOUT.min(period * STARVED_PERIODS);
+        (timeout, timeout)
     } else {
         (leo.motor.reply_timeout_ms.duration(), 2 * period)
     };
