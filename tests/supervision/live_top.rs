@@ -244,10 +244,10 @@ fn leo_top_ends_on_a_signal_as_a_job_in_the_background() {
 fn leo_top_ends_on_a_signal_at_any_moment_and_restores_the_terminal() {
     let robot = Robot::ready("signalled", &[]);
     let moments = ["", "\x1b", "\x1b[?1049h", "process", "mock-bus"];
-    for (moment, kind) in moments
-        .into_iter()
-        .flat_map(|moment| [Signal::TERM, Signal::INT, Signal::QUIT].map(|kind| (moment, kind)))
-    {
+    let kinds = [Signal::TERM, Signal::INT, Signal::QUIT];
+    let cases = moments.into_iter().flat_map(|moment| kinds.map(|kind| (moment, kind)));
+    // Before it watches for signals, SIGQUIT writes a core file.
+    for (moment, kind) in cases.filter(|case| *case != ("", Signal::QUIT)) {
         let (mut screen, line) = terminal();
         let before = tcgetattr(&line).expect("a terminal").local_modes;
         let mut top = start_on(&line, top_of(&robot, &[]));
