@@ -441,7 +441,7 @@ mod tests {
     }
 
     #[test]
-    fn a_mock_bus_whose_process_is_gone_is_logged_as_silent_and_not_as_starved() {
+    fn a_wholly_silent_mock_bus_is_named_and_not_called_starved() {
         let robot = Robot::load(None).unwrap();
         let mut reporter = Reporter::new(&robot, false);
         let mut told = Vec::new();
