@@ -91,13 +91,19 @@ fn servos_at_another_speed_are_found_and_reported() {
         std::fs::write(folder.path().join(name), text).expect("writes");
     }
     let config = folder.path().join("leo.toml");
-    let mock = MockBus::start(&["--config", config.to_str().expect("letters")]);
+    let overload = ["--fault", "overload bus=torso id=5 at=0s"];
+    let mock = MockBus::start(&[&["--config", config.to_str().expect("letters")][..], &overload].concat());
     let (status, said, wrong) = bus(&mock, &["scan"]);
     assert_eq!(status, Some(1), "{said} {wrong}");
     assert!(said.contains("4000000 baud"), "{said}");
     let at_slow = said.lines().find(|line| line.contains(" 1000000: ")).expect("is said");
     assert_eq!(at_slow.matches("_joint (id ").count(), 7, "{at_slow}");
     assert!(at_slow.contains("7 servos") && at_slow.contains("torso_pitch_joint (id 2)"), "{at_slow}");
+    // The remedy for a hardware alert names the speed at which the servo is reached.
+    assert!(
+        said.contains("hardware alert (overload); `leo bus reboot --id 5 --baud 1000000` clears it"),
+        "{said}"
+    );
     // A servo at another speed is searched for on request.
     let at_slow = |words: &[&'static str]| well(&mock, &[words, &["--baud", "1000000"]].concat());
     at_slow(&["set-baud", "--id", "3", "--to", "57600", "--yes"]);

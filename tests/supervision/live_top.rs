@@ -1,6 +1,6 @@
 //! `leo top` on a pseudo-terminal that the test types into and reads.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{Read as _, Write as _};
 use std::os::fd::OwnedFd;
 use std::os::unix::process::CommandExt as _;
@@ -9,12 +9,13 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fs::{Mode, OFlags, open};
+use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl, open};
 use rustix::process::Signal;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{Winsize, tcgetattr, tcsetwinsize};
+use testkit::robot::{is_alive, processes_of};
 
-use crate::robot::{Robot, signal, wait_until};
+use crate::robot::{MAX_WAIT, Robot, signal, wait_until};
 
 /// A program on a terminal of 80 columns.
 struct OnTerminal {
@@ -53,9 +54,18 @@ fn top_of(robot: &Robot, words: &[&str]) -> Command {
 
 /// Reads a screen until a word is drawn.
 fn read_until(screen: &mut File, word: &str) {
+    let until = clock::now() + MAX_WAIT;
     let mut seen = Vec::new();
     let mut bytes = [0; 4096];
-    while !String::from_utf8_lossy(&seen).contains(word) {
+    loop {
+        let text = String::from_utf8_lossy(&seen).into_owned();
+        if text.contains(word) {
+            return;
+        }
+        let rest = Timespec::try_from(until.since(clock::now())).expect("a minute");
+        let fd = PollFd::new(&*screen, PollFlags::IN);
+        let is_drawn = poll(&mut [fd], Some(&rest)).expect("works") > 0;
+        assert!(is_drawn, "`{word}` is not drawn\n{text}");
         let count = screen.read(&mut bytes).expect("the terminal is there");
         seen.extend_from_slice(bytes.get(..count).unwrap_or(&[]));
     }
@@ -72,6 +82,12 @@ fn ended(program: &mut Child) -> Option<ExitStatus> {
         program.kill().and_then(|()| program.wait()).expect("ours");
     }
     status
+}
+
+/// Whether a terminal takes no more output.
+fn is_full(line: &OwnedFd) -> bool {
+    let fd = PollFd::new(line, PollFlags::OUT);
+    poll(&mut [fd], Some(&Timespec::default())).expect("works") == 0
 }
 
 fn pid(program: &Child) -> i32 {
@@ -142,9 +158,16 @@ fn leo_top_ends_in_order_after_a_terminal_hang_up() {
     signal(pid(&top.program), Signal::HUP);
     let status = ended(&mut top.program);
     assert!(status.is_some_and(|status| status.success()), "{status:?}\n{}", top.seen());
-    // The terminal is closed: as the controlling one, with its signal; without a signal; and with the signal ignored.
-    let ignores_hang_up = ["setsid", "--ctty", "sh", "-c", "trap '' HUP; exec \"$@\"", "sh"];
-    let launchers: [&[&str]; 3] = [&["setsid", "--ctty"], &["setsid"], &ignores_hang_up];
+    // The signal counts even if the parent ignored it.
+    let (mut screen, line) = terminal();
+    let ignores_hang_up = ["sh", "-c", "trap '' HUP; exec \"$@\"", "sh"];
+    let mut top = start_on(&line, top_of(&robot, &ignores_hang_up));
+    read_until(&mut screen, "mock-bus");
+    signal(pid(&top), Signal::HUP);
+    let status = ended(&mut top);
+    assert!(status.is_some_and(|status| status.success()), "{status:?}");
+    // The terminal is closed: as the controlling one, with its signal; and without a signal.
+    let launchers: [&[&str]; 2] = [&["setsid", "--ctty"], &["setsid"]];
     for launcher in launchers {
         let (mut screen, line) = terminal();
         let mut top = start_on(&line, top_of(&robot, launcher));
@@ -157,12 +180,74 @@ fn leo_top_ends_in_order_after_a_terminal_hang_up() {
 }
 
 #[test]
+fn leo_top_draws_on_a_non_blocking_terminal() {
+    let robot = Robot::ready("non-blocking", &[]);
+    let (mut screen, line) = terminal();
+    let flags = fcntl_getfl(&line).expect("flags");
+    fcntl_setfl(&line, flags | OFlags::NONBLOCK).expect("takes them");
+    let mut top = start_on(&line, top_of(&robot, &[]));
+    read_until(&mut screen, "mock-bus");
+    let filled = wait_until(|| {
+        screen.write_all(b"bjh\x1b").expect("takes keys");
+        is_full(&line)
+    });
+    assert!(filled, "the terminal takes any amount of output");
+    // It continues once the terminal is read again.
+    screen.write_all(b"?").expect("takes keys");
+    read_until(&mut screen, "Ctrl-C");
+    assert!(top.try_wait().expect("ours").is_none(), "ended");
+    signal(pid(&top), Signal::TERM);
+    let status = ended(&mut top);
+    assert!(status.is_some_and(|status| status.success()), "{status:?}");
+    robot.stop(Signal::TERM);
+}
+
+#[test]
+fn leo_top_ends_on_a_signal_as_a_job_in_the_background() {
+    let robot = Robot::ready("background", &[]);
+    // A job that is started in the background stops there, and a job that is stopped in the foreground is there then.
+    for (script, is_started_there) in
+        [("\"$@\" & read line", true), ("\"$@\"; echo is stopped; read line", false)]
+    {
+        let (mut screen, line) = terminal();
+        let mut shell = start_on(&line, top_of(&robot, &["setsid", "--ctty", "sh", "-mc", script, "sh"]));
+        if !is_started_there {
+            read_until(&mut screen, "mock-bus");
+        }
+        let mut job = None;
+        let is_there = wait_until(|| {
+            job = processes_of(pid(&shell)).get("top").copied();
+            job.is_some()
+        });
+        assert!(is_there, "{script}: no `leo top`");
+        let job = job.expect("is there");
+        if !is_started_there {
+            signal(job, Signal::STOP);
+            read_until(&mut screen, "is stopped");
+        }
+        let stat = || fs::read_to_string(format!("/proc/{job}/stat")).unwrap_or_default();
+        assert!(wait_until(|| stat().contains(") T ")), "{script}: it does not stop: {}", stat());
+        for kind in [Signal::TERM, Signal::CONT] {
+            signal(job, kind);
+        }
+        assert!(wait_until(|| !is_alive(job)), "{script}: it does not end: {}", stat());
+        if !is_started_there {
+            read_until(&mut screen, "\x1b[?1049l");
+        }
+        screen.write_all(b"\n").expect("takes keys");
+        assert!(ended(&mut shell).is_some(), "{script}: the shell waits");
+    }
+    robot.stop(Signal::TERM);
+}
+
+#[test]
 fn leo_top_restores_the_terminal_on_a_signal_at_any_moment() {
     let robot = Robot::ready("signalled", &[]);
     let moments = ["", "\x1b", "\x1b[?1049h", "process", "mock-bus"];
-    for (moment, kind) in
-        moments.into_iter().flat_map(|moment| [(moment, Signal::TERM), (moment, Signal::INT)])
-    {
+    let kinds = [Signal::TERM, Signal::INT, Signal::QUIT];
+    let cases = moments.into_iter().flat_map(|moment| kinds.map(|kind| (moment, kind)));
+    // Before it watches for signals, SIGQUIT writes a core file.
+    for (moment, kind) in cases.filter(|case| *case != ("", Signal::QUIT)) {
         let (mut screen, line) = terminal();
         let before = tcgetattr(&line).expect("a terminal").local_modes;
         let mut top = start_on(&line, top_of(&robot, &[]));
@@ -178,13 +263,9 @@ fn leo_top_restores_the_terminal_on_a_signal_at_any_moment() {
     let before = tcgetattr(&line).expect("a terminal").local_modes;
     let mut top = start_on(&line, top_of(&robot, &[]));
     read_until(&mut screen, "mock-bus");
-    let is_full = || {
-        let fd = PollFd::new(&line, PollFlags::OUT);
-        poll(&mut [fd], Some(&Timespec::default())).expect("works") == 0
-    };
     let filled = wait_until(|| {
         screen.write_all(b"bjh\x1b").expect("takes keys");
-        is_full()
+        is_full(&line)
     });
     assert!(filled, "the terminal takes any amount of output");
     signal(pid(&top), Signal::TERM);

@@ -16,8 +16,9 @@ const GOALS_EVERY: Duration = Duration::from_secs(10);
 const STARVED_EVERY: Duration = Duration::from_secs(60);
 
 /// Logs which joints have a fault, once each, and the end of an emergency stop. If a whole bus is silent or lost, the
-/// message names the bus, because its servos have hardly all failed at once. Simulated servos without injected faults are
-/// silent only if their process gets no processor time or restarts, which is logged once for all of them.
+/// message names the bus, because its servos have hardly all failed at once. Some of the simulated servos of a bus without
+/// injected faults are silent for one reason only, which is logged once for all of them: their process got no processor
+/// time.
 #[derive(Default)]
 pub(crate) struct Reporter {
     names: Vec<String>,
@@ -47,17 +48,16 @@ struct Known {
     is_new: bool,
     trouble: Option<JointFault>,
     bus: usize,
+    /// Whether its simulated servo has missed exchanges since the last message about a starved mock bus.
+    is_starved: bool,
 }
 
 impl Known {
-    /// Whether its servo did not answer in time, or got no instruction in time, or its bus was busy for too long.
+    /// Whether its servo did not answer in time, or got no instruction in time.
     fn has_missed_exchanges(&self) -> bool {
         matches!(
             self.state,
-            Some(
-                (JointMode::Quarantined, JointCause::Silent | JointCause::BusLost)
-                    | (JointMode::Starting, JointCause::Watchdog)
-            )
+            Some((JointMode::Quarantined, JointCause::Silent) | (JointMode::Starting, JointCause::Watchdog))
         )
     }
 }
@@ -166,13 +166,9 @@ impl Reporter {
                 known.is_new = known.state.replace((mode, cause)) != Some((mode, cause));
             }
         }
-        let starved = self.take_starved(&trouble);
-        if starved > 0 && now >= self.tell_starved_at {
-            self.tell_starved_at = now + STARVED_EVERY;
-            tell(format_args!(
-                "the mock bus was starved of processor time, or restarted: exchanges of {starved} simulated joints \
-                 were missed. Real-time rights prevent the first: see `leo check`"
-            ));
+        self.take_starved(&trouble);
+        if now >= self.tell_starved_at {
+            self.tell_starved(now, &mut tell);
         }
         for (number, bus) in self.buses.iter().enumerate() {
             let all = || self.known.iter().filter(|known| known.bus == number);
@@ -207,19 +203,42 @@ impl Reporter {
         }
     }
 
-    /// Number of joints whose simulated servos have newly missed exchanges for lack of processor time. They are not
-    /// logged one by one.
-    fn take_starved(&mut self, trouble: impl Fn(usize) -> Option<JointFault>) -> usize {
-        let mut starved = 0;
-        for (index, known) in self.known.iter_mut().enumerate() {
-            let is_faultless_mock = self.is_faultless_mock.get(known.bus) == Some(&true);
-            if is_faultless_mock && known.is_new && known.has_missed_exchanges() && trouble(index).is_none() {
-                known.is_new = false;
-                known.trouble = None;
-                starved += 1;
+    /// Keeps for one message the joints whose simulated servos have newly missed exchanges for lack of processor time.
+    /// They are not logged one by one. If all servos of a bus are silent, their process may have ended or been stopped:
+    /// then the message names the bus.
+    fn take_starved(&mut self, trouble: impl Fn(usize) -> Option<JointFault>) {
+        for number in 0..self.buses.len() {
+            if self.is_faultless_mock.get(number) != Some(&true) {
+                continue;
+            }
+            let is_whole_bus = explain_bus(self.known.iter().filter(|known| known.bus == number)).is_some();
+            let of_bus = self.known.iter_mut().enumerate().filter(|(_, known)| known.bus == number);
+            for (index, known) in of_bus {
+                if is_whole_bus {
+                    known.is_starved = false;
+                } else if known.is_new && known.has_missed_exchanges() && trouble(index).is_none() {
+                    known.is_new = false;
+                    known.trouble = None;
+                    known.is_starved = true;
+                }
             }
         }
-        starved
+    }
+
+    /// Logs how many simulated servos have missed exchanges since the last such message, if any.
+    fn tell_starved(&mut self, now: Instant, mut tell: impl FnMut(fmt::Arguments<'_>)) {
+        let take = |known: &mut Known| usize::from(std::mem::take(&mut known.is_starved));
+        let starved: usize = self.known.iter_mut().map(take).sum();
+        if starved == 0 {
+            return;
+        }
+        self.tell_starved_at = now + STARVED_EVERY;
+        let (servos, their, hold) =
+            if starved == 1 { ("servo", "its", "joint holds") } else { ("servos", "their", "joints hold") };
+        tell(format_args!(
+            "the mock bus was starved of processor time: {starved} simulated {servos} missed {their} exchanges, and \
+             {their} {hold} meanwhile. Real-time rights prevent it: see `leo check`"
+        ));
     }
 
     /// Logs once that torque is off after an emergency stop. Returns whether there is an emergency stop.
@@ -357,6 +376,7 @@ mod tests {
         assert!(update(&|index| (index == 0).then_some(JointCause::BusLost)).is_empty());
         assert!(update(&|_| None).is_empty());
     }
+
     #[test]
     fn a_starved_mock_bus_is_logged_once_for_all_its_servos() {
         let robot = Robot::load(None).unwrap();
@@ -366,15 +386,30 @@ mod tests {
         let silent = (JointMode::Quarantined, JointCause::Silent);
         let (tripped, fine) =
             ((JointMode::Starting, JointCause::Watchdog), (JointMode::Following, JointCause::None));
+        // No bus is silent as a whole: the last joint of each answers.
+        let last_of_bus = |index: usize| {
+            let bus_of = |joint: &config::motor::Joint| joint.bus == robot.motor.joints[index].bus;
+            robot.motor.joints.iter().rposition(bus_of) == Some(index)
+        };
+        let away: Vec<usize> = (0..robot.motor.joints.len()).filter(|index| !last_of_bus(*index)).collect();
         let told = |robot: &Robot, has_campaign| {
             let mut reporter = Reporter::new(robot, has_campaign);
             let mut told = Vec::new();
-            // Twenty joints at two times, all back between, and one after a while.
-            for (second, joints, state) in
-                [(0, 10, silent), (1, 20, silent), (2, 0, fine), (3, 20, tripped), (61, 1, silent)]
-            {
+            // Twenty joints at two times, all back between, one in the time without messages, and all back.
+            for (second, joints, state) in [
+                (0, 10, silent),
+                (1, 20, silent),
+                (2, 0, fine),
+                (3, 20, tripped),
+                (4, 0, fine),
+                (5, 21, silent),
+                (59, 0, fine),
+                (61, 0, fine),
+                (200, 0, fine),
+                (201, 1, silent),
+            ] {
                 let states = (0..robot.motor.joints.len()).map(|index| {
-                    let (mode, cause) = if index < joints { state } else { fine };
+                    let (mode, cause) = if away[..joints].contains(&index) { state } else { fine };
                     JointState::unread(0, mode, cause)
                 });
                 let now = Instant::EPOCH + Duration::from_secs(second);
@@ -383,18 +418,40 @@ mod tests {
             told
         };
         let starved = told(&robot, false);
-        assert!(
-            starved.len() == 2 && starved[0].contains("starved") && starved[0].contains("10 "),
-            "{starved:?}"
-        );
+        assert!(starved.len() == 3 && starved.iter().all(|line| line.contains("starved")), "{starved:?}");
+        // What happens in the time without messages is told after it.
+        for (line, count) in
+            starved.iter().zip(["10 simulated servos", "21 simulated servos", "1 simulated servo "])
+        {
+            assert!(line.contains(count), "{line}");
+        }
         // Injected faults, and real servos, are logged by their names as ever.
         let injected = told(&robot, true);
         assert!(injected.len() > 20 && !injected.iter().any(|line| line.contains("starved")), "{injected:?}");
         let mixed = told(&hardware, false);
         let name = &robot.motor.joints[0].name;
-        let by_name = mixed.iter().any(|line| line.starts_with(&format!("{name} is quarantined")))
-            || mixed.iter().any(|line| line.contains("none of its servos answers"));
+        let by_name = mixed.iter().any(|line| line.starts_with(&format!("{name} is quarantined")));
         assert!(by_name && mixed.iter().any(|line| line.contains("starved")), "{mixed:?}");
         insta::assert_snapshot!(starved[0]);
+    }
+
+    #[test]
+    fn a_wholly_silent_mock_bus_is_named_and_not_called_starved() {
+        let robot = Robot::load(None).unwrap();
+        let mut reporter = Reporter::new(&robot, false);
+        let mut told = Vec::new();
+        // Some at first, in the time without messages about starvation, and then all.
+        reporter.tell_starved_at = Instant::EPOCH + Duration::from_secs(2);
+        for (second, away) in [(0, 5), (1, usize::MAX), (2, usize::MAX), (3, usize::MAX)] {
+            let states = (0..robot.motor.joints.len()).map(|index| {
+                let is_away = index < away;
+                let mode = if is_away { JointMode::Quarantined } else { JointMode::Following };
+                JointState::unread(0, mode, if is_away { JointCause::Silent } else { JointCause::None })
+            });
+            let now = Instant::EPOCH + Duration::from_secs(second);
+            reporter.tell_joints(states, now, |_| None, |line| told.push(line.to_string()));
+        }
+        assert_eq!(told.len(), robot.motor.buses.len(), "{told:?}");
+        assert!(told.iter().all(|line| line.contains("none of its servos answers")), "{told:?}");
     }
 }

@@ -248,7 +248,16 @@ fn as_found(status: &Status<'_>) -> Option<FoundServo> {
 
 /// The message about a hardware alert, with the remedy.
 pub(super) fn clears(id: u8, errors: HardwareErrors) -> String {
-    format!("id {id}: hardware alert ({errors}); `leo bus reboot --id {id}` clears it once its cause is gone")
+    clears_by(&format!("leo bus reboot --id {id}"), id, errors)
+}
+
+/// As [`clears`], for a servo that replies at another speed than its bus.
+pub(super) fn clears_at(baud: u32, id: u8, errors: HardwareErrors) -> String {
+    clears_by(&format!("leo bus reboot --id {id} --baud {baud}"), id, errors)
+}
+
+fn clears_by(command: &str, id: u8, errors: HardwareErrors) -> String {
+    format!("id {id}: hardware alert ({errors}); `{command}` clears it once its cause is gone")
 }
 
 /// Prints the hardware alert of a servo, if any.

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use servo::Model;
 
-use super::line::{FoundServo, Line, clears};
+use super::line::{FoundServo, Line, clears, clears_at};
 use super::selection::{BusAddress, BusSelection};
 use crate::failure::CommandError;
 use crate::output;
@@ -21,6 +21,15 @@ struct Report {
     rows: Vec<serde_json::Value>,
     /// Whether a joint of motor.toml, or a whole bus, does not reply.
     lacks: bool,
+}
+
+/// The result of a scan at the speeds that are not the bus's.
+#[derive(Default)]
+struct OtherSpeeds {
+    /// Whether a servo replies at one of them.
+    is_heard: bool,
+    /// Whether the adapter does not support one of them.
+    is_incomplete: bool,
 }
 
 pub(super) fn scan(
@@ -66,11 +75,14 @@ impl Report {
         }
         // A serial port cannot be open twice.
         drop(line);
-        let is_heard = (all_speeds || found.is_empty()) && self.try_other_speeds(bus)?;
-        if found.is_empty() && !is_heard {
-            self.say(
-                "  no servo answers at any speed: check its power and cable, and the direction control of the adapter",
-            );
+        let others =
+            if all_speeds || found.is_empty() { self.try_other_speeds(bus)? } else { OtherSpeeds::default() };
+        if found.is_empty() && !others.is_heard {
+            let which = if others.is_incomplete { " that the adapter supports" } else { "" };
+            self.say(&format!(
+                "  no servo answers at any speed{which}: check its power and cable, and the direction control of the \
+                 adapter"
+            ));
         }
         for joint in bus.joints.iter().filter(|joint| !found.iter().any(|servo| servo.id == joint.id)) {
             self.lacks = true;
@@ -97,7 +109,11 @@ impl Report {
         };
         let (id, name, firmware) = (servo.id, model_name(servo.model), servo.firmware);
         self.say(format!("  id {id:>3}  {name:<11} firmware {firmware:<3} {note}").trim_end());
-        let alert = self.alert(line, servo)?;
+        let alert = if servo.alert { line.alert(id)? } else { None };
+        let alert = alert.map(|errors| {
+            self.say(&format!("  {}", clears(id, errors)));
+            errors.to_string()
+        });
         self.rows.push(serde_json::json!({
             "bus": bus.name, "id": id, "model": servo.model, "firmware": firmware, "baud": bus.baud,
             "joint": joint.map(|joint| &joint.name), "alert": alert,
@@ -106,29 +122,39 @@ impl Report {
         Ok(())
     }
 
-    /// The hardware alert of a servo, which is told.
-    fn alert(&mut self, line: &mut Line, servo: &FoundServo) -> Result<Option<String>, CommandError> {
-        let alert = if servo.alert { line.alert(servo.id)? } else { None };
-        Ok(alert.map(|errors| {
-            self.say(&format!("  {}", clears(servo.id, errors)));
-            errors.to_string()
-        }))
+    /// Reports the hardware alert of a servo that replies at another speed. An alert that cannot be read is reported,
+    /// and the scan continues.
+    fn alert_at(&mut self, baud: u32, line: &mut Line, servo: &FoundServo) -> Option<String> {
+        if !servo.alert {
+            return None;
+        }
+        match line.alert(servo.id) {
+            Ok(alert) => alert.map(|errors| {
+                self.say(&format!("  {}", clears_at(baud, servo.id, errors)));
+                errors.to_string()
+            }),
+            Err(_) => {
+                self.say(&format!("  id {}: hardware alert, whose kind cannot be read", servo.id));
+                None
+            }
+        }
     }
 
-    /// Scans at the speeds that are not the bus's. Returns whether a servo answers at one of them.
-    fn try_other_speeds(&mut self, bus: &BusAddress<'_>) -> Result<bool, CommandError> {
-        let mut is_heard = false;
+    /// Scans at the speeds that are not the bus's.
+    fn try_other_speeds(&mut self, bus: &BusAddress<'_>) -> Result<OtherSpeeds, CommandError> {
+        let mut others = OtherSpeeds::default();
         for baud in SPEEDS.into_iter().filter(|baud| *baud != bus.baud) {
             // If the adapter does not support a speed, nothing is known about servos at it.
             let Ok(mut line) = bus.at(baud).open() else {
                 self.say(&format!("  the adapter does not support {baud} baud"));
+                others.is_incomplete = true;
                 continue;
             };
             let found = line.scan()?;
             if found.is_empty() {
                 continue;
             }
-            is_heard = true;
+            others.is_heard = true;
             let servos: Vec<_> = found.iter().map(|servo| called(bus, servo)).collect();
             let count = quantity::number::counted(u32::try_from(servos.len()).unwrap_or(u32::MAX), "servo");
             let answer = if servos.len() == 1 { "answers" } else { "answer" };
@@ -138,14 +164,14 @@ impl Report {
                 bus.baud
             ));
             for servo in &found {
-                let alert = self.alert(&mut line, servo)?;
+                let alert = self.alert_at(baud, &mut line, servo);
                 self.rows.push(serde_json::json!({
                     "bus": bus.name, "id": servo.id, "model": servo.model, "firmware": servo.firmware, "baud": baud,
                     "joint": bus.joint(servo.id).map(|joint| &joint.name), "alert": alert, "echo": line.echoes(),
                 }));
             }
         }
-        Ok(is_heard)
+        Ok(others)
     }
 }
 

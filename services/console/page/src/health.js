@@ -32,8 +32,8 @@ export class Health {
 }
 
 /**
- * The health as one line, and whether anything is wrong. After the end of the run, processes that do not run are right.
- * Pure.
+ * The health as one line, and whether anything is wrong. After the end of the run, when no process runs any more, that
+ * is expected. An emergency stop is always shown as wrong. Pure.
  * @param {any[]} processes
  * @param {any[]} buses
  * @param {any[]} trouble joints in trouble
@@ -42,14 +42,19 @@ export class Health {
 export function summary(processes, buses, trouble, stopped = { ended: 0, emergency: 0 }) {
   const dead = processes.filter((process) => process.state !== 'running').length;
   const lost = buses.filter((bus) => bus.lost).length;
-  const parts = [`${processes.length} processes${dead === 0 ? '' : `, ${dead} not running`}`];
-  const plural = buses.length === 1 ? 'bus' : 'buses';
-  if (buses.length > 0) parts.push(`${buses.length} ${plural}${lost === 0 ? '' : `, ${lost} LOST`}`);
-  if (trouble.length > 0) parts.push(`${trouble.length} joints in trouble`);
+  const parts = [`${counted(processes.length, 'process', 'processes')}${dead === 0 ? '' : `, ${dead} not running`}`];
+  if (buses.length > 0) parts.push(`${counted(buses.length, 'bus', 'buses')}${lost === 0 ? '' : `, ${lost} LOST`}`);
+  if (trouble.length > 0) parts.push(`${counted(trouble.length, 'joint', 'joints')} in trouble`);
   const { ended, emergency } = stopped;
-  if (ended > 0) parts.push(`the robot was stopped, torque of ${ended} joints is off`);
-  if (emergency > 0) parts.push(`emergency stop, torque of ${emergency} joints is off`);
-  return { words: parts.join(' · '), bad: (ended > 0 ? 0 : dead) + lost + trouble.length > 0 };
+  if (ended > 0) parts.push(`the robot was stopped, torque of ${counted(ended, 'joint', 'joints')} is off`);
+  if (emergency > 0) parts.push(`emergency stop, torque of ${counted(emergency, 'joint', 'joints')} is off`);
+  const hasEnded = ended > 0 && dead === processes.length;
+  return { words: parts.join(' · '), bad: (hasEnded ? 0 : dead) + lost + trouble.length + emergency > 0 };
+}
+
+/** @param {number} count @param {string} one @param {string} several */
+function counted(count, one, several) {
+  return `${count} ${count === 1 ? one : several}`;
 }
 
 /**

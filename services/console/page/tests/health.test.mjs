@@ -12,22 +12,32 @@ test('a bus shows its exchanges and every answer that was no use', () => {
 test('a lost bus says so, and is trouble', () => {
   const lost = { ...BUS, lost: true };
   assert.deepEqual(busRow(lost), ['torso LOST', '500', '6', '1']);
-  assert.deepEqual(summary([RUNS], [BUS, lost], []), { words: '1 processes · 2 buses, 1 LOST', bad: true });
+  assert.deepEqual(summary([RUNS], [BUS, lost], []), { words: '1 process · 2 buses, 1 LOST', bad: true });
 });
 
 test('where all is well nothing is said of trouble', () => {
   assert.deepEqual(summary([RUNS, RUNS], [BUS], []), { words: '2 processes · 1 bus', bad: false });
-  assert.deepEqual(summary([{ ...RUNS, state: 'dead' }], [], [{}]), { words: '1 processes, 1 not running · 1 joints in trouble', bad: true });
+  assert.deepEqual(summary([{ ...RUNS, state: 'dead' }], [], [{}]), { words: '1 process, 1 not running · 1 joint in trouble', bad: true });
 });
 
 test('after the end the page says that the robot was stopped, and that is no trouble', () => {
   const ended = { ...RUNS, state: 'ended' };
-  assert.deepEqual(summary([ended], [BUS], [], { ended: 65, emergency: 0 }), {
-    words: '1 processes, 1 not running · 1 bus · the robot was stopped, torque of 65 joints is off', bad: false });
+  assert.deepEqual(summary([ended, ended], [BUS], [], { ended: 65, emergency: 0 }), {
+    words: '2 processes, 2 not running · 1 bus · the robot was stopped, torque of 65 joints is off', bad: false });
+  assert.deepEqual(summary([RUNS], [BUS], [{}], { ended: 1, emergency: 0 }), {
+    words: '1 process · 1 bus · 1 joint in trouble · the robot was stopped, torque of 1 joint is off', bad: true });
+});
+
+test('a process that does not run beside others that do is trouble, whatever joints were stopped', () => {
+  const dead = { ...RUNS, state: 'dead' };
+  assert.deepEqual(summary([RUNS, dead], [BUS], [], { ended: 1, emergency: 0 }), {
+    words: '2 processes, 1 not running · 1 bus · the robot was stopped, torque of 1 joint is off', bad: true });
+  assert.equal(summary([dead, dead], [BUS], [], { ended: 0, emergency: 0 }).bad, true);
+});
+
+test('an emergency stop is shown as wrong', () => {
   assert.deepEqual(summary([RUNS], [BUS], [], { ended: 0, emergency: 65 }), {
-    words: '1 processes · 1 bus · emergency stop, torque of 65 joints is off', bad: false });
-  assert.deepEqual(summary([RUNS], [BUS], [{}], { ended: 64, emergency: 0 }), {
-    words: '1 processes · 1 bus · 1 joints in trouble · the robot was stopped, torque of 64 joints is off', bad: true });
+    words: '1 process · 1 bus · emergency stop, torque of 65 joints is off', bad: true });
 });
 
 test('a joint in trouble shows the states of its machines and why it is locked', () => {

@@ -78,6 +78,8 @@ fn send(address: &OsStr, assignment: &str) -> Result<(), NotifyError> {
     };
     let socket_address = socket_address.map_err(failed)?;
     let socket = UnixDatagram::unbound().map_err(failed)?;
+    // The queue of a listener that does not read fills up, and the supervising loop must not wait for it.
+    socket.set_nonblocking(true).map_err(failed)?;
     socket.send_to_addr(format!("{assignment}\n").as_bytes(), &socket_address).map_err(failed)?;
     Ok(())
 }
@@ -102,6 +104,18 @@ mod tests {
             let count = socket.recv(&mut bytes).unwrap();
             assert_eq!(&bytes[..count], b"READY=1\n", "{}", address.display());
         }
+    }
+
+    #[test]
+    fn a_listener_that_does_not_read_is_an_error_and_blocks_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("notify");
+        let _unread = UnixDatagram::bind(&path).unwrap();
+        // Far more messages than the queue of a socket takes.
+        let error = (0..100_000).find_map(|_| send(path.as_os_str(), "WATCHDOG=1").err()).unwrap();
+        let NotifyError::Send { source, .. } = &error else { panic!("{error:?}") };
+        assert_eq!(source.kind(), io::ErrorKind::WouldBlock, "{error}");
+        assert!(error.to_string().contains("does the service manager listen there?"), "{error}");
     }
 
     #[test]
