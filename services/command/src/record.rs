@@ -70,7 +70,6 @@ impl Record {
     }
 
     fn record(&self, file: &Path) -> Result<ExitCode, CommandError> {
-        let to = self.force.named(file)?;
         let lesson = match &self.lesson {
             Some(file) => Lesson::load(file).map_err(CommandError::usage)?,
             None => Lesson::builtin(),
@@ -86,6 +85,7 @@ impl Record {
         let domain = domain::running(self.domain.as_deref())?;
         // Check the layouts before creating a file that would stay empty.
         domain.check_layouts().map_err(CommandError::runtime)?;
+        let to = self.force.named(file)?;
         let stop = process::stop_flag().map_err(CommandError::runtime)?;
         let recorder = match self.last {
             None => Recorder::start(&domain, subject, &to),

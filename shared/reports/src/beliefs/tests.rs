@@ -188,7 +188,7 @@ fn a_moving_object_is_reported_once_it_rests() {
     for (step, y) in [(1_u64, 0.02), (2, 0.04), (3, 0.1), (4, 0.2), (5, 0.3), (6, 0.3), (7, 0.3)] {
         assert_eq!(story.instant(step * 50, &at(y), None), "", "{step}");
     }
-    assert!(story.instant(450, &at(0.301), None).ends_with(" Leo        1: moved to (0.50, 0.30, 0.00)\n"));
+    assert!(story.instant(450, &at(0.301), None).ends_with(" Leo         1: moved to (0.50, 0.30, 0.00)\n"));
     assert_eq!(story.instant(1000, &at(0.305), None), "");
 }
 
@@ -196,16 +196,16 @@ fn a_moving_object_is_reported_once_it_rests() {
 fn divergences_and_their_ends_are_reported() {
     let mut story = Story::new();
     let (red, seen) = ((4, HERE, 0, Some(1.0), NOBODY), (7, from_there(HERE), 0, Some(1.0), NOBODY));
-    assert!(story.instant(0, &[red], None).ends_with("partner 1  does not know of Leo's 4\n"));
+    assert!(story.instant(0, &[red], None).ends_with("partner 1   does not know of Leo's 4\n"));
     assert_eq!(
         story.instant(100, &[red], Some(&[seen])),
-        "[   0.10 s] partner 1  is there\n\
-         [   0.10 s] partner 1  believes in 7: red square at (0.50, 0.00, 0.00), on\n\
-         [   0.10 s] partner 1  7 agrees with Leo's 4\n"
+        "[   0.10 s] partner 1   is there\n\
+         [   0.10 s] partner 1   believes in 7: red square at (0.50, 0.00, 0.00), on\n\
+         [   0.10 s] partner 1   7 agrees with Leo's 4\n"
     );
     let off = (7, from_there(HERE), 0, Some(0.0), NOBODY);
-    assert!(story.instant(200, &[red], Some(&[off])).ends_with("partner 1  7 differs from Leo's 4: on\n"));
-    assert!(story.instant(300, &[], Some(&[off])).ends_with("partner 1  alone believes in 7\n"));
+    assert!(story.instant(200, &[red], Some(&[off])).ends_with("partner 1   7 differs from Leo's 4: on\n"));
+    assert!(story.instant(300, &[], Some(&[off])).ends_with("partner 1   alone believes in 7\n"));
     assert_eq!(story.instant(400, &[], None).lines().count(), 2);
 }
 
