@@ -1,8 +1,9 @@
 //! The links and joints of a URDF, checked.
 //!
-//! Leo uses the tree of links, and the origins, axes and limits of joints. Of these, all that is needed must be there. The
-//! rest may be incomplete: drawings, inertias, materials. But a number that is written must be a finite number everywhere,
-//! since viewers and other readers of the URDF get it too. `<gazebo>`, `<transmission>` and unknown elements are skipped.
+//! Leo uses the tree of links, and the origins, axes and limits of joints. Of these, all that is needed must be
+//! there. The rest may be incomplete: drawings, inertias, materials. But a number that is written must be a
+//! finite number everywhere, since viewers and other readers of the URDF get it too. `<gazebo>`,
+//! `<transmission>` and unknown elements are skipped.
 
 use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector3};
 
@@ -187,7 +188,8 @@ impl UrdfJoint {
     ///
     /// # Errors
     ///
-    /// [`BodyErrorKind::Missing`] if one is missing, [`BodyErrorKind::Limits`] if they are crossed or there is no speed.
+    /// [`BodyErrorKind::Missing`] if one is missing, [`BodyErrorKind::Limits`] if they are crossed or there is
+    /// no speed.
     pub(crate) fn limits(&self) -> Result<[f64; 3], BodyError> {
         let shown = || format!("joint `{}`", self.name);
         let limit = self.element.child("limit");
