@@ -165,7 +165,7 @@ fn assert_cut(output: &CommandOutput, words: &str) {
 }
 
 #[test]
-fn a_trace_of_a_killed_writer_gives_its_whole_chunks_and_a_warning() {
+fn a_killed_writers_trace_gives_whole_chunks_and_a_warning() {
     let options =
         mcap::WriteOptions::new().profile("leo_trace/1").compression(None).chunk_size(Some(2 << 10));
     let mut mcap = options.create(Cursor::new(Vec::new())).expect("writes");

@@ -12,8 +12,9 @@ use crate::harness::{read, short_lesson, write};
 use crate::recordings::{file, recorded};
 use crate::venv;
 
-/// The documents with Python programs, and the commands that run these. Each command is a line of the document. They run
-/// in order in one folder, with the programs and data of the document under the names that it gives them.
+/// The documents with Python programs, and the commands that run these. Each command is a line of the document.
+/// They run in order in one folder, with the programs and data of the document under the names that it gives
+/// them.
 const RUNS: [(&str, &[&str]); 4] = [
     (
         "docs/traces.md",

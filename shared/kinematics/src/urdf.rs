@@ -207,7 +207,8 @@ impl UrdfJoint {
     ///
     /// # Errors
     ///
-    /// [`BodyErrorKind::Missing`] if one is missing, [`BodyErrorKind::Limits`] if they are crossed or there is no speed.
+    /// [`BodyErrorKind::Missing`] if one is missing, [`BodyErrorKind::Limits`] if they are crossed or there is
+    /// no speed.
     pub(crate) fn limits(&self) -> Result<[f64; 3], BodyError> {
         let joint = || format!("joint `{}`", shown(&self.name));
         let limit = self.element.child("limit");

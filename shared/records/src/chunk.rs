@@ -124,8 +124,9 @@ impl OpenChunk {
     }
 }
 
-/// The bytes of a chunk's record that its header claims: the header, and the compressed records. `u64::MAX` if a size is
-/// the placeholder that a writer fills in when it closes the chunk; `None` if the header itself is incomplete.
+/// The bytes of a chunk's record that its header claims: the header, and the compressed records. `u64::MAX` if a
+/// size is the placeholder that a writer fills in when it closes the chunk; `None` if the header itself is
+/// incomplete.
 fn claimed(data: &[u8]) -> Option<u64> {
     const TIMES: usize = 16;
     let (uncompressed, rest) = data.get(TIMES..)?.split_first_chunk()?;
