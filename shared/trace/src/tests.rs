@@ -492,7 +492,7 @@ fn a_mistake_is_reported_with_its_place_and_correction() {
         (
             r#"{"at_ns": 1, "observations": [{"position_m": [0, "a", 0]}]}"#,
             "observations[0].position_m[1]: ",
-            "string \"a\"",
+            "text \"a\"",
         ),
         (
             r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "kind": "persn"}]}"#,
