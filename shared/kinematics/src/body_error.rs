@@ -1,5 +1,5 @@
 use crate::ARM_JOINTS;
-use crate::xml::shown;
+use crate::shown::shown;
 
 /// A place in the text of a URDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,6 +10,7 @@ mod body;
 mod body_error;
 mod carried;
 mod inverse_kinematics;
+mod shown;
 mod tree;
 mod urdf;
 mod xml;

@@ -11,7 +11,8 @@ use nalgebra::{Isometry3, Quaternion, Translation3, Unit, UnitQuaternion, Vector
 
 use crate::BodyError;
 use crate::body_error::{BodyErrorKind, Place};
-use crate::xml::{Element, malformed, shown};
+use crate::shown::shown;
+use crate::xml::{Element, malformed};
 
 /// No part of a robot is farther from the part that carries it. Larger numbers are millimetres, or a slip.
 const MAX_PLACE_M: f64 = 10.0;

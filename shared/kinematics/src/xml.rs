@@ -5,6 +5,7 @@ use quick_xml::{Reader, XmlVersion};
 
 use crate::BodyError;
 use crate::body_error::{BodyErrorKind, Place};
+use crate::shown::{escaped, shown};
 
 /// Elements nested deeper are refused. No URDF needs a tenth of it, and the tree is dropped by recursion.
 const MAX_DEPTH: usize = 100;
@@ -127,26 +128,6 @@ fn control(text: &str, is_name: bool) -> Option<char> {
 pub(crate) fn malformed(place: Place, reason: impl AsRef<str>) -> BodyError {
     const MAX_CHARACTERS: usize = 200;
     place.error(BodyErrorKind::Urdf { reason: escaped(reason.as_ref(), MAX_CHARACTERS) })
-}
-
-/// A name as errors show it: its first 60 characters, without any that is invisible.
-pub(crate) fn shown(name: &str) -> String {
-    const MAX_CHARACTERS: usize = 60;
-    escaped(name, MAX_CHARACTERS)
-}
-
-fn escaped(text: &str, max_characters: usize) -> String {
-    let mut escaped = String::new();
-    for character in text.chars().take(max_characters) {
-        match character {
-            '"' | '\'' | '\\' => escaped.push(character),
-            _ => escaped.extend(character.escape_debug()),
-        }
-    }
-    if text.chars().nth(max_characters).is_some() {
-        escaped.push('…');
-    }
-    escaped
 }
 
 /// Counts lines and columns up to an offset.

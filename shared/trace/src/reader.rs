@@ -67,15 +67,15 @@ impl fmt::Display for Truncation {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { bytes, incomplete_at, frames } = *self;
         write!(out, "the trace is cut short after {bytes} bytes, as by a killed writer: ")?;
-        match bytes.saturating_sub(incomplete_at) {
-            0 => {}
-            1 => write!(out, "its last byte was not read, ")?,
-            unread => write!(out, "the last {unread} bytes, from byte {incomplete_at} on, were not read, ")?,
-        }
         match frames {
-            0 => write!(out, "it has no whole frame"),
-            1 => write!(out, "1 whole frame was read"),
-            _ => write!(out, "{frames} whole frames were read"),
+            0 => write!(out, "it has no whole frame")?,
+            1 => write!(out, "1 whole frame was read")?,
+            _ => write!(out, "{frames} whole frames were read")?,
+        }
+        match bytes.saturating_sub(incomplete_at) {
+            0 => Ok(()),
+            1 => write!(out, "; its last byte was not read"),
+            unread => write!(out, "; its last {unread} bytes, from byte {incomplete_at} on, were not read"),
         }
     }
 }

@@ -58,6 +58,7 @@ enum Kind {
     Object,
     Person,
     Occluder,
+    Hand,
 }
 
 #[derive(Deserialize)]

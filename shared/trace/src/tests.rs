@@ -492,7 +492,7 @@ fn a_mistake_is_reported_with_its_place_and_correction() {
         (
             r#"{"at_ns": 1, "observations": [{"position_m": [0, "a", 0]}]}"#,
             "observations[0].position_m[1]: ",
-            "string \"a\"",
+            "text \"a\"",
         ),
         (
             r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "kind": "persn"}]}"#,
@@ -770,7 +770,7 @@ fn the_schema_for_viewers_has_exactly_the_known_keys() {
     ] {
         assert_eq!(known_keys(frame), keys(schema.pointer(told).unwrap()));
     }
-    for (key, names) in [("kind", 3), ("modality", 3)] {
+    for (key, names) in [("kind", ObservationKind::ALL.len()), ("modality", Modality::ALL.len())] {
         for name in schema.pointer(&format!("{item}/{key}/enum")).unwrap().as_array().unwrap() {
             let line = format!(
                 r#"{{"at_ns": 1, "observations": [{{"position_m": [0,0,0], "partner": 1, "{key}": {name}}}]}}"#
