@@ -130,7 +130,22 @@ fn child<'a, 'i>(value: &'a DeValue<'i>, part: &str) -> Option<(&'a DeValue<'i>,
 fn toml_value(written: &str) -> String {
     let parsed = format!("value = {written}").parse::<toml::Table>();
     let value = parsed.ok().filter(|table| table.len() == 1).and_then(|mut table| table.remove("value"));
-    value.unwrap_or_else(|| toml::Value::String(written.trim().to_owned())).to_string()
+    match value {
+        Some(toml::Value::String(text)) => quoted(&text),
+        Some(value) => value.to_string(),
+        None => quoted(written.trim()),
+    }
+}
+
+/// A text in quotes, on one line.
+fn quoted(text: &str) -> String {
+    let letters = text.chars().map(|letter| match letter {
+        '"' => "\\\"".to_owned(),
+        '\\' => "\\\\".to_owned(),
+        letter if letter.is_control() => format!("\\u{:04x}", u32::from(letter)),
+        letter => letter.to_string(),
+    });
+    format!("\"{}\"", letters.collect::<String>())
 }
 
 #[cfg(test)]
@@ -158,6 +173,7 @@ mod tests {
             ("console.port=none", "7780", "\"none\""),
             ("console.port=7781 # mine\n", "7780", "7781"),
             ("console.port=1\nother = 2", "7780", "\"1\\nother = 2\""),
+            ("console.port=a\\\"b", "7780", "'a\\\"b'"),
         ] {
             let expected = TEXT.replace(from, to);
             let is = set(written);
