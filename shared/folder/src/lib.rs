@@ -5,6 +5,7 @@
 //! user may write to it; [`Folder::open_for_root`] skips these two checks for root. All operations use its descriptor,
 //! so that they apply to the folder that was checked.
 
+mod existing;
 mod files;
 mod output;
 mod whole_file;
@@ -22,7 +23,8 @@ use rustix::fs::{
 use rustix::io::Errno;
 use rustix::process::geteuid;
 
-pub use output::{Existing, Output, OutputError};
+pub use existing::{Existing, OutputError};
+pub use output::Output;
 pub use whole_file::WholeFile;
 
 /// Flags for opening a folder.

@@ -6,16 +6,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::Folder;
+use crate::existing::{Existing, OWN_MODE, OutputError};
 use crate::whole_file::WholeFile;
-
-/// Policy for an existing output file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Existing {
-    /// Keep it, and fail.
-    Keep,
-    /// Overwrite it.
-    Replace,
-}
 
 /// Location of an output file: in a folder of this user, or at a path given by the user.
 ///
@@ -32,28 +24,6 @@ pub struct Output {
 enum Location {
     In { folder: Arc<Folder>, name: String },
     Named(Existing),
-}
-
-/// Reason why an output file is not created.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum OutputError {
-    /// A symbolic link of that name exists.
-    #[error(
-        "a symbolic link is there, and is not followed: another user may have put it there; name the file itself"
-    )]
-    Link,
-    /// A file of that name exists.
-    #[error("it exists already, and is kept; name another file, or add --force to replace it")]
-    Exists,
-    /// An entry of that name exists in a folder of Leo.
-    #[error("something of that name is there already")]
-    Taken,
-}
-
-impl From<OutputError> for io::Error {
-    fn from(error: OutputError) -> Self {
-        Self::new(ErrorKind::AlreadyExists, error)
-    }
 }
 
 impl Output {
@@ -194,9 +164,6 @@ fn is_open_descriptor(path: &Path) -> bool {
         || path == Path::new("/dev/stderr")
         || is_in_folder && path.file_name().and_then(|name| name.to_str()).is_some_and(is_number)
 }
-
-/// The mode of a new file: access for this user only.
-pub(crate) const OWN_MODE: u32 = 0o600;
 
 /// Do not follow a link that was created after the check.
 const NOFOLLOW: i32 = rustix::fs::OFlags::NOFOLLOW.bits().cast_signed();

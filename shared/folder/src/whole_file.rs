@@ -7,8 +7,7 @@ use std::path::{Path, PathBuf};
 use rustix::fs::{CWD, RenameFlags, renameat_with};
 use rustix::io::Errno;
 
-use crate::output::OWN_MODE;
-use crate::{Existing, OutputError};
+use crate::existing::{Existing, OWN_MODE, OutputError};
 
 /// Maximum number of names tried for the unfinished file.
 const MAX_NAMES: u32 = 100;
