@@ -307,7 +307,10 @@ fn two_sources_observe_one_object_each_in_its_own_time() {
     };
     let frames =
         [frame(50, 0, 0.1), frame(50, 1, 0.12), frame(70, 1, 0.12), frame(60, 0, 0.1), frame(60, 1, 0.4)];
-    let lines = lines(&believe(&["--json"], format!("{HEADER}\n{}\n", frames.join("\n"))));
+    let mut output = believe(&["--json"], format!("{HEADER}\n{}\n", frames.join("\n")));
+    let warning = std::mem::take(&mut output.err);
+    assert!(warning.lines().count() == 1 && warning.contains("1 of 5 observations was refused"), "{warning}");
+    let lines = lines(&output);
     let beliefs: Vec<_> = lines
         .iter()
         .filter(|line| text(line, "/record") == "belief")

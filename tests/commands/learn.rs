@@ -124,7 +124,7 @@ fn an_invalid_line_is_named_with_its_field() {
         (before(r#"{"id": 1, "colour": "red"}"#), &["line 4", "perspectives[0].before[0].colour"]),
         (before(r#"{"features": {}}"#), &["line 4", "perspectives[0].before[0].id"]),
         (before(&format!("{RED}, {RED}")), &["line 4", "before[1].id", "another object"]),
-        (before(r#"{"id": 1, "states": {"marked": 0.5}}"#), &["line 4", "states.marked", "boolean"]),
+        (before(r#"{"id": 1, "states": {"marked": 0.5}}"#), &["line 4", "states.marked", "true or false"]),
         (before(r#"{"id": 1, "position_m": [1e9, 0, 0]}"#), &["line 4", "position_m", "out of range"]),
         (before(r#"{"id": 1, "features": {"": "red"}}"#), &["line 4", "before[0]", "no name"]),
         (view(&format!(r#"{{"before": [{RED}]}}"#)), &["line 4", "perspectives[0]", "`after`", "`changed`"]),

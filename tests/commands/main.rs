@@ -232,14 +232,17 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             "leo.urdf",
             changed("leo.urdf", "lower=\"-0.8\"", "lower=\"low\""),
             &[
-                "/leo.urdf:302:3: joint `torso_yaw_joint`: `<limit>`: `lower` is \"low\"",
+                "/leo.urdf:302:149: joint `torso_yaw_joint`: `<limit>`: `lower` is \"low\"",
                 "not a finite number",
             ],
         ),
         (
             "leo.urdf",
             changed("leo.urdf", "<origin xyz=\"0 0 -0.02\"/>", "<origin xyz=\"nan 0 -0.02\"/>"),
-            &["/leo.urdf:302:3: joint `torso_yaw_joint`: `<origin>`: `xyz` is \"nan", "not a finite number"],
+            &[
+                "/leo.urdf:302:105: joint `torso_yaw_joint`: `<origin>`: `xyz` is \"nan",
+                "not a finite number",
+            ],
         ),
         (
             "leo.urdf",
