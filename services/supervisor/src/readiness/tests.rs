@@ -151,7 +151,7 @@ fn every_missing_right_is_found_alone_with_its_remedy() {
             Verdict::Slower,
             "cores = [4]",
         ),
-        (Machine { hot: pinned([&[1], &[2], &[7]]), ..good.clone() }, Verdict::Slower, "[motor.realtime]"),
+        (Machine { hot: pinned([&[1], &[2], &[7]]), ..good.clone() }, Verdict::Broken, "[motor.realtime]"),
         (
             Machine {
                 cores: (0..6).collect(),
