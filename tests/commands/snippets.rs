@@ -198,5 +198,5 @@ fn every_json_and_toml_example_of_the_documents_is_well_formed() {
             }
         }
     }
-    assert!(seen[0] >= 5 && seen[1] >= 10, "{seen:?}");
+    assert!(seen[0] >= 4 && seen[1] >= 10, "{seen:?}");
 }

@@ -168,7 +168,7 @@ impl Replay {
             let _ = writeln!(text, "nothing was compared: {why}");
         }
         output::print_beside(&outputs, &text)?;
-        if reader.is_cut() {
+        if reader.is_cut() && reader.frames() > 0 {
             tracing::warn!("{name} is truncated: it was replayed up to there");
         }
         match played.wrong {
