@@ -87,11 +87,12 @@ fn the_report_says_what_was_not_compared() {
     let header = "{\"leo_truth\": 1}\n";
     let object = "{\"id\": 1, \"position_m\": [0.6, 0.0, 0.03], \"seen_by\": [0, 3]}";
     let truth: String =
-        [10, 30, 40].map(|at_ns| format!("{{\"at_ns\": {at_ns}, \"objects\": [{object}]}}\n")).concat();
+        [10, 30, 40].map(|at_ms| format!("{{\"at_ns\": {at_ms}000000, \"objects\": [{object}]}}\n")).concat();
     let truth = folder.write("truth.jsonl", &format!("{header}{truth}"));
     let seen = "{\"position_m\": [0.6, 0.0, 0.03]}";
-    let trace: String =
-        [10, 20, 30].map(|at_ns| format!("{{\"at_ns\": {at_ns}, \"observations\": [{seen}]}}\n")).concat();
+    let trace: String = [10, 20, 30]
+        .map(|at_ms| format!("{{\"at_ns\": {at_ms}000000, \"observations\": [{seen}]}}\n"))
+        .concat();
     let trace = folder.write("trace.jsonl", &format!("{{\"leo_trace\": 1}}\n{trace}"));
     let output = evaluate(&["--truth", &truth, &trace]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
