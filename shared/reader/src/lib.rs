@@ -47,7 +47,7 @@ pub unsafe extern "C" fn leo_reader_open(domain: *const c_char, error: Out<'_, T
 }
 
 /// Takes the newest frame of beliefs of a perspective. Writes its head, and returns its number of beliefs;
-/// [`NOTHING_NEW`] if there is none, [`FAILED`] on an error.
+/// `NOTHING_NEW` if there is none, `FAILED` on an error.
 #[unsafe(no_mangle)]
 pub extern "C" fn leo_reader_next(
     reader: Option<&mut Reader>,
