@@ -46,8 +46,8 @@ pub unsafe extern "C" fn leo_reader_open(domain: *const c_char, error: Out<'_, T
     }
 }
 
-/// Takes the newest frame of beliefs of a perspective. Writes its head, and returns its number of beliefs;
-/// `NOTHING_NEW` if there is none, `FAILED` on an error.
+/// Takes the newest frame of beliefs of a perspective, and writes its head. Returns the number of its beliefs, -1 if there
+/// is no new frame or no reader, or -2 on an error, which `error` then contains.
 #[unsafe(no_mangle)]
 pub extern "C" fn leo_reader_next(
     reader: Option<&mut Reader>,
