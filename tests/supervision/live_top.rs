@@ -246,8 +246,8 @@ fn leo_top_restores_the_terminal_on_a_signal_at_any_moment() {
     let moments = ["", "\x1b", "\x1b[?1049h", "process", "mock-bus"];
     let kinds = [Signal::TERM, Signal::INT, Signal::QUIT];
     let cases = moments.into_iter().flat_map(|moment| kinds.map(|kind| (moment, kind)));
-    // Before it watches for signals, SIGQUIT writes a core file.
-    for (moment, kind) in cases.filter(|case| *case != ("", Signal::QUIT)) {
+    // Before it watches for signals, SIGQUIT writes a core file, and a shell's job in the background ignores SIGINT.
+    for (moment, kind) in cases.filter(|(moment, kind)| !moment.is_empty() || *kind == Signal::TERM) {
         let (mut screen, line) = terminal();
         let before = tcgetattr(&line).expect("a terminal").local_modes;
         let mut top = start_on(&line, top_of(&robot, &[]));

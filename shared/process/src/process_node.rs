@@ -360,16 +360,24 @@ impl ProcessNode {
         }
     }
 
-    /// Runs long work in a separate thread while the heartbeat continues, for example during shutdown.
+    /// Runs long work in a separate thread while the heartbeat continues, for example during shutdown. If the system
+    /// refuses a thread, the work is done without a heartbeat.
     pub fn run_with_heartbeat<T: Send>(&mut self, work: impl FnOnce() -> T + Send) -> T {
-        std::thread::scope(|scope| {
-            let work = scope.spawn(work);
-            while !work.is_finished() {
+        let mut pending = Some(work);
+        let done = std::thread::scope(|scope| {
+            let thread = std::thread::Builder::new().name("long work".to_owned());
+            let started = thread.spawn_scoped(scope, || pending.take().map(|work| work())).ok()?;
+            while !started.is_finished() {
                 self.beat();
                 clock::sleep_until(clock::now() + HEALTH_EVERY / 4);
             }
-            work.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
-        })
+            started.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        });
+        match (done, pending) {
+            (Some(done), _) => done,
+            (None, Some(work)) => work(),
+            (None, None) => unreachable!("only a thread that was started takes the work"),
+        }
     }
 
     /// The heartbeat uses the machine's clock in lockstep too, because the supervisor's timeouts do.

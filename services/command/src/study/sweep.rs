@@ -124,25 +124,28 @@ impl Row {
         let next = AtomicU64::new(0);
         let found = Mutex::new((0_u64, Vec::new(), None));
         let workers = thread::available_parallelism().map_or(1, usize::from);
-        thread::scope(|scope| {
-            for _ in 0..workers {
-                scope.spawn(|| {
-                    loop {
-                        let design = next.fetch_add(1, Ordering::Relaxed);
-                        if design >= designs {
-                            return;
-                        }
-                        let outcome = play(pupil, setting, task, design);
-                        progress.step();
-                        let mut found = found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-                        match outcome {
-                            Ok(broken) if broken.is_empty() => found.0 += 1,
-                            Ok(broken) => found.1.extend(broken),
-                            Err(failed) => found.2 = Some(failed),
-                        }
-                    }
-                });
+        let work = || {
+            loop {
+                let design = next.fetch_add(1, Ordering::Relaxed);
+                if design >= designs {
+                    return;
+                }
+                let outcome = play(pupil, setting, task, design);
+                progress.step();
+                let mut found = found.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+                match outcome {
+                    Ok(broken) if broken.is_empty() => found.0 += 1,
+                    Ok(broken) => found.1.extend(broken),
+                    Err(failed) => found.2 = Some(failed),
+                }
             }
+        };
+        thread::scope(|scope| {
+            for _ in 1..workers {
+                // Without another thread, this one does all of the work.
+                let _started = thread::Builder::new().spawn_scoped(scope, work);
+            }
+            work();
         });
         let (held, mut broken, failed) =
             found.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);

@@ -154,7 +154,7 @@ fn files_read(files: &Files) -> impl Iterator<Item = Finding> {
 fn machine(robot: &Robot) -> Machine {
     let leo = &robot.leo;
     Machine {
-        cores: cores_on_request(),
+        cores: cores_on_request().unwrap_or_else(own_cores),
         given_cores: own_cores(),
         shared_memory_free: shared_memory_free(),
         shared_memory_needed: needed(leo, leo.belief.partners, false),
@@ -177,18 +177,25 @@ fn machine(robot: &Robot) -> Machine {
 }
 
 /// The cores that a process gets if it requests all cores. By default the kernel excludes isolated cores
-/// (`isolcpus`), but a process may request them.
-fn cores_on_request() -> Vec<u16> {
-    // In a short-lived thread, because the affinity applies to one thread. The kernel ignores cores that do not exist
-    // or that this process's cgroup excludes.
-    let ask = || {
+/// (`isolcpus`), but a process may request them. `None` if the system refuses a thread.
+fn cores_on_request() -> Option<Vec<u16>> {
+    // The kernel ignores cores that do not exist or that this process's cgroup excludes.
+    on_own_thread(|| {
         let mut every = CpuSet::new();
         (0..CpuSet::MAX_CPU).for_each(|core| every.set(core));
         // If the request fails, the affinity stays as it was.
         let _granted = sched_setaffinity(None, &every);
         own_cores()
-    };
-    thread::spawn(ask).join().unwrap_or_default()
+    })
+}
+
+/// Runs work in a short-lived thread, because an affinity or a priority applies to one thread. `None` if the system
+/// refuses a thread.
+fn on_own_thread<T: Send>(work: impl FnOnce() -> T + Send) -> Option<T> {
+    thread::scope(|scope| {
+        let started = thread::Builder::new().name("check".to_owned()).spawn_scoped(scope, work).ok()?;
+        Some(started.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    })
 }
 
 /// A process is configured for a core that this machine does not have.
@@ -208,7 +215,9 @@ pub struct CoreError {
 ///
 /// The first process, in the order of `leo.toml`, with such a core.
 pub fn check_cores(leo: &Leo) -> Result<(), CoreError> {
-    let existing = cores::existing(&System::below(Path::new("/")), &cores_on_request());
+    // If they are unknown, each process reports a core that it does not get as a missing right.
+    let Some(granted) = cores_on_request() else { return Ok(()) };
+    let existing = cores::existing(&System::below(Path::new("/")), &granted);
     for (process, rights) in rights(leo) {
         if let Some(core) = rights.cores.iter().find(|core| !existing.contains(core)) {
             return Err(CoreError { process, core: *core, existing: cores::span(&existing) });
@@ -254,7 +263,8 @@ fn sleep(refused: Option<std::io::Error>) -> IdleStatePolicy {
     }
 }
 
-/// Requests the rights that the processes will request; returns the bits of those not granted.
+/// Requests the rights that the processes will request; returns the bits of those not granted. Each process requests
+/// its rights again, and reports what is missing: so a refused thread counts as nothing missing here.
 fn missing_rights(leo: &Leo) -> u64 {
     let wanted = [
         &leo.sensor.realtime,
@@ -269,7 +279,7 @@ fn missing_rights(leo: &Leo) -> u64 {
 }
 
 fn missing_bits(rights: Rights) -> u64 {
-    thread::spawn(move || realtime::apply(&rights).missing_bits()).join().unwrap_or(0)
+    on_own_thread(|| realtime::apply(&rights).missing_bits()).unwrap_or(0)
 }
 
 /// Bytes free in shared memory; `None` if this user may not write there.
