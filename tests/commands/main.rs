@@ -19,6 +19,7 @@ mod sources;
 mod state;
 mod study;
 mod tasks;
+mod terminal;
 #[path = "../sources/venv.rs"]
 mod venv;
 mod viewers;

@@ -9,11 +9,11 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fs::{Mode, OFlags, fcntl_getfl, fcntl_setfl, open};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use rustix::process::Signal;
-use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-use rustix::termios::{Winsize, tcgetattr, tcsetwinsize};
+use rustix::termios::tcgetattr;
 use testkit::robot::{is_alive, processes_of};
+use testkit::terminal::terminal;
 
 use crate::robot::{MAX_WAIT, Robot, signal, wait_until};
 
@@ -23,18 +23,6 @@ struct OnTerminal {
     keys: File,
     line: OwnedFd,
     seen: Arc<Mutex<String>>,
-}
-
-/// A new pseudo-terminal of 80 columns: the end of the person, and that of the program. No other process inherits them.
-fn terminal() -> (File, OwnedFd) {
-    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
-    let master = openpt(flags).expect("a pseudo-terminal");
-    grantpt(&master).and_then(|()| unlockpt(&master)).expect("ours");
-    let name = ptsname(&master, Vec::new()).expect("a name");
-    let line = open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).expect("opens");
-    let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
-    tcsetwinsize(&line, size).expect("takes a size");
-    (File::from(master), line)
 }
 
 /// Starts a program on a terminal.

@@ -17,6 +17,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
+use reports::text_table::{Align, TextTable};
 use servo::table;
 use servo::{HardwareErrors, Instruction};
 
@@ -28,6 +29,17 @@ pub(crate) use self::value::escape_negative;
 use crate::failure::CommandError;
 use crate::output;
 
+/// What `leo bus monitor` shows of a servo.
+const MONITOR_COLUMNS: [(&str, Align); 8] = [
+    ("joint", Align::Left),
+    ("position", Align::Right),
+    ("velocity", Align::Right),
+    ("current", Align::Right),
+    ("degC", Align::Right),
+    ("volts", Align::Right),
+    ("torque", Align::Left),
+    ("errors", Align::Left),
+];
 /// Time until a servo answers again after a reboot, with a margin.
 const REBOOT: Duration = Duration::from_millis(600);
 
@@ -223,16 +235,13 @@ fn monitor(selection: &BusSelection<'_>, target: &Target, once: bool) -> Result<
     }
     let clear = if std::io::stdout().is_terminal() && !once { "\x1b[H\x1b[2J" } else { "" };
     loop {
-        let mut text = format!(
-            "{clear}{:<28} {:>9} {:>10} {:>8} {:>5} {:>6}  torque  errors\n",
-            "joint", "position", "velocity", "current", "degC", "volts"
-        );
+        let mut table = TextTable::new(&MONITOR_COLUMNS);
         for (line, servos) in &mut open {
             for (id, name) in servos {
-                let _ = writeln!(text, "{}", row(line, *id, name));
+                table.add(row(line, *id, name));
             }
         }
-        output::print(&text)?;
+        output::print(&(clear.to_owned() + &table.to_text()))?;
         if once || clear.is_empty() {
             return Ok(ExitCode::SUCCESS);
         }
@@ -240,8 +249,9 @@ fn monitor(selection: &BusSelection<'_>, target: &Target, once: bool) -> Result<
     }
 }
 
-fn row(line: &mut Line, id: u8, name: &str) -> String {
-    let mut table_line = || -> Result<String, CommandError> {
+/// The entries of a servo, or why it cannot be read.
+fn row(line: &mut Line, id: u8, name: &str) -> Vec<String> {
+    let mut measured = || -> Result<Vec<String>, CommandError> {
         let model = line.model(id)?;
         let mut get = |item: &str| -> Result<f64, CommandError> {
             let entry = entry(model, item)?;
@@ -253,11 +263,19 @@ fn row(line: &mut Line, id: u8, name: &str) -> String {
         let torque = line.value(model, id, "torque_enable")?;
         let errors = line.value(model, id, "hardware_error_status")?;
         let errors = HardwareErrors(u8::try_from(errors).unwrap_or(u8::MAX));
-        let errors = if errors.is_none() { String::new() } else { errors.to_string() };
-        Ok(format!(
-            "{name:<28} {position:>5.1} deg {velocity:>4.1} /min {current:>6.3} A {temperature:>5.0} {volts:>6.1}  {:<6}  {errors}",
-            if torque == 1 { "on" } else { "off" }
-        ))
+        Ok(vec![
+            name.to_owned(),
+            format!("{position:.1} deg"),
+            format!("{velocity:.1} /min"),
+            format!("{current:.3} A"),
+            format!("{temperature:.0}"),
+            format!("{volts:.1}"),
+            if torque == 1 { "on" } else { "off" }.to_owned(),
+            if errors.is_none() { String::new() } else { errors.to_string() },
+        ])
     };
-    table_line().unwrap_or_else(|error| format!("{name:<28} {}", error.text))
+    measured().unwrap_or_else(|error| {
+        let unread = std::iter::repeat_n(String::new(), MONITOR_COLUMNS.len() - 2);
+        std::iter::once(name.to_owned()).chain(unread).chain([error.text]).collect()
+    })
 }

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
+use anstream::{AutoStream, ColorChoice};
 use clap::Args;
 use supervisor_process::{CheckError, CheckOptions, MachineChange};
 
@@ -61,7 +62,9 @@ impl Check {
             (false, true) => MachineChange::Revert,
             (false, false) => MachineChange::Inspect,
         };
+        let mut out = std::io::stdout().lock();
         let inquiry = CheckOptions {
+            colours: AutoStream::choice(&out) != ColorChoice::Never,
             versions: versions::all(self.state.as_deref()),
             files,
             json: self.json,
@@ -69,7 +72,6 @@ impl Check {
             deed,
             root: self.root,
         };
-        let mut out = std::io::stdout().lock();
         let holds = supervisor_process::check(&inquiry, &mut out).map_err(|error| match error {
             CheckError::Config(_) => CommandError::usage(error),
             CheckError::Apply(_) | CheckError::Write(_) => CommandError::runtime(error),

@@ -10,6 +10,7 @@ use config::Robot;
 use learner_process::{Memory, OpenError, Vocabulary, learning, open_question, replay_events};
 use quantity::number::{counted, saturating_u32};
 use reports::lesson::LessonReport;
+use reports::text_table::{Align, TextTable};
 use serde::{Deserialize, Serialize};
 
 use crate::configuration::GlobalSetValues;
@@ -189,11 +190,12 @@ impl Tasks {
         if known.is_empty() {
             return output::print("Leo has learned nothing yet\n");
         }
-        let line = |TaskSummary { name, examples: count, rule }: &TaskSummary| {
-            let rule = rule.as_deref().unwrap_or("no rule");
-            format!("{name:<24} {:>13}   {rule}\n", examples(*count))
-        };
-        output::print(&known.iter().map(line).collect::<String>())
+        let columns = [("task", Align::Left), ("examples", Align::Right), ("rule", Align::Left)];
+        let mut table = TextTable::new(&columns);
+        for TaskSummary { name, examples, rule } in &known {
+            table.add([name, &examples.to_string(), rule.as_deref().unwrap_or("no rule")]);
+        }
+        output::print(&table.to_text())
     }
 }
 

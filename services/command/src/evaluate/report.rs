@@ -6,6 +6,7 @@ use config::Names;
 use evaluation::{ClearMot, Hota, Identity};
 use quantity::number::{counted, saturating_u32};
 use reports::beliefs::{Refusal, perspective_name};
+use reports::text_table::{Align, TextTable};
 use serde_json::{Value, json};
 
 use super::comparison::{EvaluatedPerspective, Similarity};
@@ -91,11 +92,7 @@ impl<'a> Report<'a> {
             Similarity::Distance { cut_off_m } => format!("distance of {cut_off_m} m or less"),
         };
         writeln!(out, "hypotheses: {counts}; a match: {paired}\n")?;
-        writeln!(
-            out,
-            "{:<10} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
-            "", "MOTA", "MOTP", "IDF1", "IDP", "IDR", "HOTA", "DetA", "AssA", "LocA"
-        )?;
+        let mut ratios_table = measures_table(["MOTA", "MOTP", "IDF1", "IDP", "IDR", "HOTA", "DetA", "AssA", "LocA"]);
         for Measures { name, clear, identity, hota, .. } in &self.perspectives {
             let ratios = [
                 clear.mota(),
@@ -108,15 +105,11 @@ impl<'a> Report<'a> {
                 hota.ass_a(),
                 hota.loc_a(),
             ];
-            let ratios =
-                ratios.map(|ratio| ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.4}")));
-            writeln!(out, "{name:<10}{}", ratios.map(|ratio| format!(" {ratio:>7}")).concat())?;
+            let ratios = ratios.map(|ratio| ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.4}")));
+            ratios_table.add(std::iter::once(name.clone()).chain(ratios));
         }
-        writeln!(
-            out,
-            "\n{:<10} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7}",
-            "", "objects", "MT", "PT", "ML", "TP", "FN", "FP", "IDSW", "Frag"
-        )?;
+        writeln!(out, "{}", ratios_table.to_text())?;
+        let mut counts_table = measures_table(["objects", "MT", "PT", "ML", "TP", "FN", "FP", "IDSW", "Frag"]);
         for Measures { own, name, clear, .. } in &self.perspectives {
             let counts = [
                 own.sequence.objects(),
@@ -129,8 +122,9 @@ impl<'a> Report<'a> {
                 clear.identity_switches,
                 clear.fragmentations,
             ];
-            writeln!(out, "{name:<10}{}", counts.map(|count| format!(" {count:>7}")).concat())?;
+            counts_table.add(std::iter::once(name.clone()).chain(counts.map(|count| count.to_string())));
         }
+        write!(out, "{}", counts_table.to_text())?;
         self.write_summary(out)
     }
 
@@ -253,6 +247,14 @@ impl Measures<'_> {
 }
 
 /// A number with its noun.
+/// A table with a row for each perspective, and a column for each measure.
+fn measures_table(measures: [&str; 9]) -> TextTable {
+    let perspective = ("", Align::Left);
+    let columns: Vec<_> =
+        std::iter::once(perspective).chain(measures.map(|name| (name, Align::Right))).collect();
+    TextTable::new(&columns)
+}
+
 fn number_of(number: u64, noun: &str) -> String {
     counted(u32::try_from(number).unwrap_or(u32::MAX), noun)
 }

@@ -2,38 +2,53 @@
 
 use std::fmt::Write as _;
 
+use reports::text_table::{Align, TextTable};
+
 use super::rows::{BusRow, PerspectiveRow, Row};
 
-/// The rows as a table of 100 columns. Below it, a line for each process that refused frames, each sensory source,
-/// each perspective and each servo bus.
+/// The columns of a process. Durations are in microseconds.
+const COLUMNS: [(&str, Align); 14] = [
+    ("process", Align::Left),
+    ("pid", Align::Right),
+    ("state", Align::Left),
+    ("rate\nHz", Align::Right),
+    ("\ncycles", Align::Right),
+    ("wake-up\np50 us", Align::Right),
+    ("\np99", Align::Right),
+    ("execution\np50 us", Align::Right),
+    ("\np99", Align::Right),
+    ("\nmax", Align::Right),
+    ("over\nruns", Align::Right),
+    ("\nskipped", Align::Right),
+    ("\ndrops", Align::Right),
+    ("\nrestarts", Align::Right),
+];
+
+/// The rows as a table. Below it, a line for each process that refused frames, each sensory source, each perspective and
+/// each servo bus.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
-    let mut out = String::from(
-        "                              rate            wake-up us      execution us         over  skip        re-\n\
-         process        pid state        Hz   cycles    p50    p99    p50    p99     max  runs   ped drops start\n",
-    );
+    let mut table = TextTable::new(&COLUMNS);
     for row in rows {
         let rate = row.rate_hz.map_or_else(|| "woken".to_owned(), |rate| format!("{rate:.0}"));
-        // Writing to a string cannot fail.
-        let _ = writeln!(
-            out,
-            "{:<10} {:>7} {:<9} {:>5} {:>8} {:>6.0} {:>6.0} {:>6.0} {:>6.0} {:>7.0} {:>5} {:>5} {:>5} {:>5}",
-            row.process,
-            row.pid,
-            row.state,
+        table.add([
+            row.process.to_string(),
+            row.pid.to_string(),
+            row.state.to_string(),
             rate,
-            row.cycles,
-            row.wakeup_us.p50,
-            row.wakeup_us.p99,
-            row.execution_us.p50,
-            row.execution_us.p99,
-            row.execution_us.max,
-            row.overruns,
-            row.skipped,
-            row.drops,
-            row.restarts,
-        );
+            row.cycles.to_string(),
+            format!("{:.0}", row.wakeup_us.p50),
+            format!("{:.0}", row.wakeup_us.p99),
+            format!("{:.0}", row.execution_us.p50),
+            format!("{:.0}", row.execution_us.p99),
+            format!("{:.0}", row.execution_us.max),
+            row.overruns.to_string(),
+            row.skipped.to_string(),
+            row.drops.to_string(),
+            row.restarts.to_string(),
+        ]);
     }
+    let mut out = table.to_text();
     for line in rows.iter().flat_map(warnings) {
         let _ = writeln!(out, "{line}");
     }

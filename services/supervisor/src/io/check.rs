@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
+use anstyle::{AnsiColor, Style};
 use config::leo::{Leo, Rights};
 use config::{FileSource, Files, Robot, SettingsError};
 use process::queues;
@@ -32,6 +33,8 @@ pub struct CheckOptions {
     pub versions: Vec<Finding>,
     /// Whether to print one JSON document instead of lines.
     pub json: bool,
+    /// Whether to colour the verdicts of the lines.
+    pub colours: bool,
     /// Duration of the wake-up latency measurement; zero skips it.
     pub measure: Duration,
     /// Change to make before the inspection.
@@ -85,7 +88,7 @@ pub fn check(inquiry: &CheckOptions, out: &mut impl Write) -> Result<bool, Check
     }
     let mut findings = look();
     if !inquiry.json {
-        findings.iter().try_for_each(|finding| tell(finding, out))?;
+        findings.iter().try_for_each(|finding| tell(finding, inquiry.colours, out))?;
         out.flush()?;
     }
     // Same condition as in the running robot.
@@ -97,15 +100,16 @@ pub fn check(inquiry: &CheckOptions, out: &mut impl Write) -> Result<bool, Check
         serde_json::to_writer_pretty(&mut *out, &findings).map_err(std::io::Error::from)?;
         writeln!(out)?;
     } else {
-        measured.iter().try_for_each(|finding| tell(finding, out))?;
+        measured.iter().try_for_each(|finding| tell(finding, inquiry.colours, out))?;
     }
     Ok(findings.iter().all(|finding| finding.verdict != Verdict::Broken))
 }
 
 /// Writes one line for a finding, and one for its remedy.
-fn tell(finding: &Finding, out: &mut impl Write) -> std::io::Result<()> {
+fn tell(finding: &Finding, colours: bool, out: &mut impl Write) -> std::io::Result<()> {
     let Finding { verdict, about, text, mend, changes } = finding;
-    writeln!(out, "{:<8} {about:<20} {text}", verdict.name())?;
+    let style = if colours { style(*verdict) } else { Style::new() };
+    writeln!(out, "{style}{:<8}{style:#} {about:<20} {text}", verdict.name())?;
     if let Some(mend) = mend {
         let mark = if changes.is_empty() { "mend:" } else { "mend, or --apply:" };
         writeln!(out, "{:<8} {:<20} {mark} {mend}", "", "")?;
@@ -149,6 +153,16 @@ fn files_read(files: &Files) -> impl Iterator<Item = Finding> {
         Finding { mend: Some(mend), ..Finding::new(Verdict::Warning, "file", file.to_string()) }
     });
     files.sources().into_iter().map(source).chain(unread)
+}
+
+/// The colour of a verdict on a terminal.
+const fn style(verdict: Verdict) -> Style {
+    let colour = match verdict {
+        Verdict::Good => AnsiColor::Green,
+        Verdict::Warning | Verdict::Slower => AnsiColor::Yellow,
+        Verdict::Broken => AnsiColor::Red,
+    };
+    colour.on_default()
 }
 
 fn machine(robot: &Robot) -> Machine {

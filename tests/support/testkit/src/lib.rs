@@ -16,6 +16,7 @@
 
 pub mod robot;
 mod sizes;
+pub mod terminal;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;

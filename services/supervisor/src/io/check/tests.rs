@@ -25,6 +25,7 @@ fn inquiry(root: &Path, deed: MachineChange) -> CheckOptions {
         files: Files::read(None).unwrap(),
         versions: Vec::new(),
         json: false,
+        colours: false,
         measure: Duration::ZERO,
         deed,
         root: root.to_owned(),
