@@ -16,7 +16,7 @@ const COLOUR: &str = "\x1b[3";
 
 /// Runs a command of which `stream` is a terminal; returns the output there, and whether it succeeded.
 fn on_terminal(mut command: Command, stream: fn(&mut Command, OwnedFd)) -> (String, bool) {
-    let (mut screen, line) = terminal();
+    let (mut screen, line) = terminal().expect("a pseudo-terminal");
     stream(&mut command, line);
     let mut child = command.env("TERM", "xterm").spawn().expect("starts");
     // The terminal hangs up when the command ends, because only the command has the other end.

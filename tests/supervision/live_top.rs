@@ -84,7 +84,7 @@ fn pid(program: &Child) -> i32 {
 
 impl OnTerminal {
     fn start(mut command: Command) -> Self {
-        let (mut screen, line) = terminal();
+        let (mut screen, line) = terminal().expect("a pseudo-terminal");
         command.process_group(0);
         let program = start_on(&line, command);
         let keys = screen.try_clone().expect("a descriptor");
@@ -147,7 +147,7 @@ fn leo_top_ends_in_order_after_a_terminal_hang_up() {
     let status = ended(&mut top.program);
     assert!(status.is_some_and(|status| status.success()), "{status:?}\n{}", top.seen());
     // The signal counts even if the parent ignored it.
-    let (mut screen, line) = terminal();
+    let (mut screen, line) = terminal().expect("a pseudo-terminal");
     let ignores_hang_up = ["sh", "-c", "trap '' HUP; exec \"$@\"", "sh"];
     let mut top = start_on(&line, top_of(&robot, &ignores_hang_up));
     read_until(&mut screen, "mock-bus");
@@ -157,7 +157,7 @@ fn leo_top_ends_in_order_after_a_terminal_hang_up() {
     // The terminal is closed: as the controlling one, with its signal; and without a signal.
     let launchers: [&[&str]; 2] = [&["setsid", "--ctty"], &["setsid"]];
     for launcher in launchers {
-        let (mut screen, line) = terminal();
+        let (mut screen, line) = terminal().expect("a pseudo-terminal");
         let mut top = start_on(&line, top_of(&robot, launcher));
         read_until(&mut screen, "mock-bus");
         drop((screen, line));
@@ -170,7 +170,7 @@ fn leo_top_ends_in_order_after_a_terminal_hang_up() {
 #[test]
 fn leo_top_draws_on_a_non_blocking_terminal() {
     let robot = Robot::ready("non-blocking", &[]);
-    let (mut screen, line) = terminal();
+    let (mut screen, line) = terminal().expect("a pseudo-terminal");
     let flags = fcntl_getfl(&line).expect("flags");
     fcntl_setfl(&line, flags | OFlags::NONBLOCK).expect("takes them");
     let mut top = start_on(&line, top_of(&robot, &[]));
@@ -197,7 +197,7 @@ fn leo_top_ends_on_a_signal_as_a_job_in_the_background() {
     for (script, is_started_there) in
         [("\"$@\" & read line", true), ("\"$@\"; echo is stopped; read line", false)]
     {
-        let (mut screen, line) = terminal();
+        let (mut screen, line) = terminal().expect("a pseudo-terminal");
         let mut shell = start_on(&line, top_of(&robot, &["setsid", "--ctty", "sh", "-mc", script, "sh"]));
         if !is_started_there {
             read_until(&mut screen, "mock-bus");
@@ -236,7 +236,7 @@ fn leo_top_restores_the_terminal_on_a_signal_at_any_moment() {
     let cases = moments.into_iter().flat_map(|moment| kinds.map(|kind| (moment, kind)));
     // Before it watches for signals, SIGQUIT writes a core file, and a shell's job in the background ignores SIGINT.
     for (moment, kind) in cases.filter(|(moment, kind)| !moment.is_empty() || *kind == Signal::TERM) {
-        let (mut screen, line) = terminal();
+        let (mut screen, line) = terminal().expect("a pseudo-terminal");
         let before = tcgetattr(&line).expect("a terminal").local_modes;
         let mut top = start_on(&line, top_of(&robot, &[]));
         read_until(&mut screen, moment);
@@ -247,7 +247,7 @@ fn leo_top_restores_the_terminal_on_a_signal_at_any_moment() {
         assert_eq!(tcgetattr(&line).expect("a terminal").local_modes, before, "{moment:?}, {kind:?}");
     }
     // A terminal that is not read takes no more output after some frames.
-    let (mut screen, line) = terminal();
+    let (mut screen, line) = terminal().expect("a pseudo-terminal");
     let before = tcgetattr(&line).expect("a terminal").local_modes;
     let mut top = start_on(&line, top_of(&robot, &[]));
     read_until(&mut screen, "mock-bus");

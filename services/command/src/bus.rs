@@ -11,7 +11,6 @@ mod torque;
 mod value;
 mod write;
 
-use std::fmt::Write as _;
 use std::io::IsTerminal as _;
 use std::process::ExitCode;
 use std::time::Duration;

@@ -92,7 +92,8 @@ impl<'a> Report<'a> {
             Similarity::Distance { cut_off_m } => format!("distance of {cut_off_m} m or less"),
         };
         writeln!(out, "hypotheses: {counts}; a match: {paired}\n")?;
-        let mut ratios_table = measures_table(["MOTA", "MOTP", "IDF1", "IDP", "IDR", "HOTA", "DetA", "AssA", "LocA"]);
+        let mut ratios_table =
+            measures_table(["MOTA", "MOTP", "IDF1", "IDP", "IDR", "HOTA", "DetA", "AssA", "LocA"]);
         for Measures { name, clear, identity, hota, .. } in &self.perspectives {
             let ratios = [
                 clear.mota(),
@@ -105,11 +106,13 @@ impl<'a> Report<'a> {
                 hota.ass_a(),
                 hota.loc_a(),
             ];
-            let ratios = ratios.map(|ratio| ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.4}")));
+            let ratios =
+                ratios.map(|ratio| ratio.map_or_else(|| "-".to_owned(), |ratio| format!("{ratio:.4}")));
             ratios_table.add(std::iter::once(name.clone()).chain(ratios));
         }
         writeln!(out, "{}", ratios_table.to_text())?;
-        let mut counts_table = measures_table(["objects", "MT", "PT", "ML", "TP", "FN", "FP", "IDSW", "Frag"]);
+        let mut counts_table =
+            measures_table(["objects", "MT", "PT", "ML", "TP", "FN", "FP", "IDSW", "Frag"]);
         for Measures { own, name, clear, .. } in &self.perspectives {
             let counts = [
                 own.sequence.objects(),

@@ -289,11 +289,11 @@ fn missing_rights(leo: &Leo) -> u64 {
         &leo.mock_bus.realtime,
         &leo.console.realtime,
     ];
-    wanted.into_iter().fold(0, |bits, rights| bits | missing_bits(rights.clone()))
+    wanted.into_iter().fold(0, |bits, rights| bits | missing_bits(rights))
 }
 
-fn missing_bits(rights: Rights) -> u64 {
-    on_own_thread(|| realtime::apply(&rights).missing_bits()).unwrap_or(0)
+fn missing_bits(rights: &Rights) -> u64 {
+    on_own_thread(|| realtime::apply(rights).missing_bits()).unwrap_or(0)
 }
 
 /// Bytes free in shared memory; `None` if this user may not write there.

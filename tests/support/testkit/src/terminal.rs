@@ -1,6 +1,7 @@
 //! A pseudo-terminal that a test types into and reads.
 
 use std::fs::File;
+use std::io;
 use std::os::fd::OwnedFd;
 
 use rustix::fs::{Mode, OFlags, open};
@@ -10,17 +11,17 @@ use rustix::termios::{Winsize, tcsetwinsize};
 /// A new pseudo-terminal of 80 columns and 24 rows: the end of the person, and that of the program. No other process
 /// inherits them.
 ///
-/// # Panics
+/// # Errors
 ///
-/// The system refuses a pseudo-terminal.
-#[must_use]
-pub fn terminal() -> (File, OwnedFd) {
+/// The system has no pseudo-terminal left.
+pub fn terminal() -> io::Result<(File, OwnedFd)> {
     let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
-    let master = openpt(flags).expect("a pseudo-terminal");
-    grantpt(&master).and_then(|()| unlockpt(&master)).expect("ours");
-    let name = ptsname(&master, Vec::new()).expect("a name");
-    let line = open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty()).expect("opens");
+    let master = openpt(flags)?;
+    grantpt(&master)?;
+    unlockpt(&master)?;
+    let name = ptsname(&master, Vec::new())?;
+    let line = open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())?;
     let size = Winsize { ws_row: 24, ws_col: 80, ws_xpixel: 0, ws_ypixel: 0 };
-    tcsetwinsize(&line, size).expect("takes a size");
-    (File::from(master), line)
+    tcsetwinsize(&line, size)?;
+    Ok((File::from(master), line))
 }
