@@ -1,6 +1,6 @@
 //! A table of text without lines, whose columns are as wide as their entries.
 
-use comfy_table::{CellAlignment, Row, Table};
+use comfy_table::{CellAlignment, Row, Table, presets};
 
 /// How a column is aligned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +20,7 @@ impl TextTable {
     #[must_use]
     pub fn new(columns: &[(&str, Align)]) -> Self {
         let mut table = Table::new();
+        table.load_style(presets::NOTHING);
         table.set_header(columns.iter().map(|(name, _)| *name));
         for (column, (_, align)) in table.column_iter_mut().zip(columns) {
             column.set_padding((0, 2));
