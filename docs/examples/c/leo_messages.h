@@ -324,6 +324,8 @@ enum leo_observation_kind {
     LEO_OBSERVATION_KIND_PERSON = 2,
     /* An object that hides what is behind it; the extents are those of a box. */
     LEO_OBSERVATION_KIND_OCCLUDER = 3,
+    /* A hand of an agent; the position is that of the palm. What the agent holds moves with it. */
+    LEO_OBSERVATION_KIND_HAND = 4,
 };
 
 /* The classifier of a percept. */
@@ -1125,7 +1127,7 @@ struct leo_observation {
     uint16_t modality;
     /* An `ObservationKind`. */
     uint16_t kind;
-    /* For a person: which partner (1, 2, …), or 0 for the robot itself. */
+    /* For a person or a hand: which partner (1, 2, …), or 0 for the robot itself. */
     uint16_t partner;
     /* The agent that holds or moves it, or `NOBODY`. */
     uint16_t held_by;

@@ -287,6 +287,8 @@ class ObservationKind(enum.IntEnum):
     PERSON = 2
     # An object that hides what is behind it; the extents are those of a box.
     OCCLUDER = 3
+    # A hand of an agent; the position is that of the palm. What the agent holds moves with it.
+    HAND = 4
 
 
 # The classifier of a percept.
@@ -988,7 +990,7 @@ class Observation(ctypes.Structure):
         ("modality", ctypes.c_uint16),
         # An `ObservationKind`.
         ("kind", ctypes.c_uint16),
-        # For a person: which partner (1, 2, …), or 0 for the robot itself.
+        # For a person or a hand: which partner (1, 2, …), or 0 for the robot itself.
         ("partner", ctypes.c_uint16),
         # The agent that holds or moves it, or `NOBODY`.
         ("held_by", ctypes.c_uint16),
