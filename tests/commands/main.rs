@@ -430,6 +430,21 @@ fn ctrl_c_ends_a_run_and_a_lesson_and_removes_all_files() {
 }
 
 #[test]
+fn the_first_signal_ends_a_lesson_that_runs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let recording = folder.path().join("lesson.mcap");
+    let (command, files) = leo(&["teach", TASK_1, "--record", &recording.display().to_string()]);
+    let lesson = Leo::start(command, files);
+    // The processes take their turns one after the other, each faster than anything is polled.
+    let is_running = || fs::metadata(&recording).is_ok_and(|file| file.len() > 1 << 20);
+    assert!(wait_until(is_running), "{}", lesson.said("err"));
+    lesson.interrupt();
+    let output = lesson.end();
+    assert_eq!((output.status, output.out.as_str()), (Some(1), ""), "{output:?}");
+    assert!(output.err.contains("interrupted"), "{output:?}");
+}
+
+#[test]
 fn lessons_without_performances_end_by_themselves_two_at_once() {
     let files = tempfile::tempdir().expect("a folder");
     let lesson = write(&files, "short.toml", &short_lesson());

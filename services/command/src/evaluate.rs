@@ -9,12 +9,13 @@ mod picture;
 mod report;
 mod truth;
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use folder::Output;
 use trace::FramesByInstant;
 
 use crate::belief_pipeline::BeliefPipeline;
@@ -148,10 +149,25 @@ struct Prepared {
 }
 
 impl Evaluate {
+    /// An output file, which is not one that is read.
+    fn output(&self, file: &Path) -> Result<Output, CommandError> {
+        let canonical = |file: &Path| fs::canonicalize(file).ok();
+        let inputs = [self.trace.as_deref(), self.detections.as_deref(), Some(self.truth.as_path())];
+        if let Some(to) = canonical(file)
+            && inputs.into_iter().flatten().any(|input| canonical(input).as_ref() == Some(&to))
+        {
+            return Err(CommandError::usage(format!(
+                "{} is read by this command, and would be written over: name another file",
+                file.display()
+            )));
+        }
+        self.force.named(file)
+    }
+
     /// Runs the trace through the belief systems, compares, and prints the measures.
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
         let files = [&self.save_hypotheses, &self.save_trace].into_iter().flatten();
-        let outputs = files.map(|file| self.force.named(file)).collect::<Result<Vec<_>, _>>()?;
+        let outputs = files.map(|file| self.output(file)).collect::<Result<Vec<_>, _>>()?;
         let mut robot = self.set.robot(self.config.as_deref())?;
         if let Some(tracking) = &mut robot.percepts.belief.tracking {
             let of_detections = self.detections.is_some().then_some(ANNOUNCE_DETECTIONS_AFTER);

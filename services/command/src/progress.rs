@@ -1,14 +1,15 @@
 //! The progress of long work: a bar with an estimate on a terminal, and nothing elsewhere.
 
+use std::fmt;
 use std::fs::File;
 use std::io::{IsTerminal as _, Read, stderr, stdout};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 
 /// Work that is known in advance is shown from this length on, in bytes: a second of it, or more.
 const MIN_BYTES: u64 = 1 << 20;
 /// What is left is estimated from what was done.
-const STYLE: &str = "{wide_bar} {percent:>3} % {eta:>5} left  {msg}";
+const STYLE: &str = "{wide_bar} {percent:>3} %{left}  {msg}";
 
 /// The progress of a command on standard error. Dropping it clears the bar.
 pub(crate) struct Progress(ProgressBar);
@@ -26,7 +27,13 @@ impl Progress {
         }
         let bar = ProgressBar::new(total);
         if let Ok(style) = ProgressStyle::with_template(STYLE) {
-            bar.set_style(style);
+            // Nothing is estimated before something is done.
+            bar.set_style(style.with_key("left", |state: &ProgressState, out: &mut dyn fmt::Write| {
+                if state.pos() > 0 {
+                    // A terminal that takes no text has no bar.
+                    let _ = write!(out, " {:>5} left", HumanDuration(state.eta()));
+                }
+            }));
         }
         Self(bar)
     }

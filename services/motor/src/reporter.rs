@@ -5,7 +5,9 @@ use clock::{Duration, Instant};
 use config::Robot;
 use config::motor::Device;
 use message::{JointArming, JointCause, JointLink, JointMode, JointState};
+use quantity::number::{counted_with, saturating_u32};
 
+use crate::joint::Policy;
 use crate::{JointFault, Motor, MotorCounters, Notice};
 
 /// Period of the checks.
@@ -38,6 +40,8 @@ pub(crate) struct Reporter {
     is_simulated: bool,
     /// Whether each bus is a mock bus without injected faults.
     is_faultless_mock: Vec<bool>,
+    /// Which joints are armed automatically.
+    policy: Option<Policy>,
     tell_starved_at: Instant,
 }
 
@@ -72,6 +76,7 @@ impl Reporter {
             buses: buses.iter().map(|bus| bus.name.clone()).collect(),
             known: joints.iter().map(|joint| Known { bus: joint.bus, ..Known::default() }).collect(),
             is_simulated: buses.iter().all(|bus| bus.device == Device::Mock),
+            policy: Some(Policy::new(&robot.leo.motor, buses.iter().all(|bus| bus.device == Device::Mock))),
             is_faultless_mock: buses.iter().map(|bus| is_faultless && bus.device == Device::Mock).collect(),
             ..Self::default()
         }
@@ -138,7 +143,10 @@ impl Reporter {
         let is_disarmed = |state: &JointState| {
             let machines = state.machines();
             machines.is_some_and(|machines| {
-                machines.arming == JointArming::Disarmed && machines.link == JointLink::Answering
+                machines.arming == JointArming::Disarmed
+                    && machines.link == JointLink::Answering
+                    // Those that are armed automatically wait for their turn, on a busy machine for seconds.
+                    && !self.policy.as_ref().is_some_and(|policy| policy.arms_after(machines.arming_cause))
             })
         };
         let disarmed = motor.states().filter(is_disarmed).count();
@@ -146,7 +154,8 @@ impl Reporter {
         let is_steady = std::mem::replace(&mut self.disarmed, disarmed) == disarmed;
         if is_steady && disarmed > self.told_disarmed {
             tracing::warn!(
-                "{disarmed} joints are disarmed. They move once they are armed with `leo arm` or on the page"
+                "{} disarmed, and can move once armed with `leo arm` or on the page",
+                counted_with(saturating_u32(disarmed), "joint is", "joints are")
             );
         }
         if is_steady {

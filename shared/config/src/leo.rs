@@ -192,7 +192,10 @@ pub enum OnAlert {
 
 /// The causes after which joints are armed without an operator's order.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
-#[serde(untagged)]
+#[serde(
+    untagged,
+    expecting = "give \"never\", \"simulated\", or a list of causes: \"start\", \"command-timeout\", \"silent\", \"restarted\", \"bus-lost\", \"watchdog\""
+)]
 pub enum AutomaticArming {
     /// One rule for all causes.
     Rule(ArmingRule),

@@ -8,6 +8,7 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 use folder::{Folder, FolderError};
+use rustix::fs::{Access, AtFlags, CWD, accessat};
 use rustix::process::geteuid;
 
 /// Data written by the probe, in bytes: at least one block of a file system.
@@ -50,6 +51,20 @@ pub fn prepare(state: &Path) -> Result<(), StateError> {
         }
     }
     Ok(())
+}
+
+/// Whether this user may create files in a state directory, or the directory itself. Creates nothing.
+///
+/// # Errors
+///
+/// The directory, or the nearest one above it that exists, is not writable for this user.
+pub fn check_writable(state: &Path) -> Result<(), StateError> {
+    let Some(there) = state.ancestors().find(|folder| folder.exists()) else { return Ok(()) };
+    let access = accessat(CWD, there, Access::WRITE_OK | Access::EXEC_OK, AtFlags::EACCESS);
+    access.map_err(|error| StateError {
+        state: state.to_owned(),
+        reason: format!("{}: {}", there.display(), io::Error::from(error)),
+    })
 }
 
 /// An opened folder. Root may use another user's folder, to act on that user's behalf.

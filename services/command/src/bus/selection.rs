@@ -25,7 +25,7 @@ pub(super) struct BusArgs {
     #[arg(long, value_name = "PATH", global = true)]
     device: Option<PathBuf>,
     /// Bits per second [default: as in motor.toml, or 1000000 with --device alone]
-    #[arg(long, value_name = "N", global = true)]
+    #[arg(long, value_name = "N", global = true, value_parser = clap::value_parser!(u32).range(1..))]
     baud: Option<u32>,
 }
 

@@ -22,6 +22,9 @@ fn learned(state: Option<&Path>) -> Finding {
         Ok(state) => state,
         Err(error) => return Finding::slower(about, error.text, "name it with --state"),
     };
+    if let Err(error) = process::state::check_writable(&state) {
+        return Finding::new(Verdict::Broken, about, error.to_string());
+    }
     let found = match learner_process::memory_state(&state) {
         Ok(found) => found,
         // The error includes its remedy.

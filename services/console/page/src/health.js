@@ -32,8 +32,9 @@ export class Health {
 }
 
 /**
- * The health as one line, and whether anything is wrong. After the end of the run, when no process runs any more, that
- * is expected. An emergency stop is always shown as wrong. Pure.
+ * The health as one line, and whether anything is wrong. After the end of the run, when the motor process runs no more,
+ * that is expected of the others too; the page does not hear of the last ones. An emergency stop is always shown as wrong.
+ * Pure.
  * @param {any[]} processes
  * @param {any[]} buses
  * @param {any[]} trouble joints in trouble
@@ -48,7 +49,7 @@ export function summary(processes, buses, trouble, stopped = { ended: 0, emergen
   const { ended, emergency } = stopped;
   if (ended > 0) parts.push(`the robot was stopped, torque of ${counted(ended, 'joint', 'joints')} is off`);
   if (emergency > 0) parts.push(`emergency stop, torque of ${counted(emergency, 'joint', 'joints')} is off`);
-  const hasEnded = ended > 0 && dead === processes.length;
+  const hasEnded = ended > 0 && processes.some((process) => process.process === 'motor' && process.state !== 'running');
   return { words: parts.join(' · '), bad: (hasEnded ? 0 : dead) + lost + trouble.length + emergency > 0 };
 }
 

@@ -21,15 +21,20 @@ test('where all is well nothing is said of trouble', () => {
 });
 
 test('after the end the page says that the robot was stopped, and that is no trouble', () => {
-  const ended = { ...RUNS, state: 'ended' };
-  assert.deepEqual(summary([ended, ended], [BUS], [], { ended: 65, emergency: 0 }), {
-    words: '2 processes, 2 not running · 1 bus · the robot was stopped, torque of 65 joints is off', bad: false });
+  const ended = { ...RUNS, process: 'motor', state: 'down' };
+  // The page does not hear of the end of the console.
+  const running = { ...RUNS, process: 'console' };
+  for (const console of [running, { ...running, state: 'down' }]) {
+    const dead = console === running ? 1 : 2;
+    assert.deepEqual(summary([ended, console], [BUS], [], { ended: 65, emergency: 0 }), {
+      words: `2 processes, ${dead} not running · 1 bus · the robot was stopped, torque of 65 joints is off`, bad: false });
+  }
   assert.deepEqual(summary([RUNS], [BUS], [{}], { ended: 1, emergency: 0 }), {
     words: '1 process · 1 bus · 1 joint in trouble · the robot was stopped, torque of 1 joint is off', bad: true });
 });
 
 test('a process that does not run beside others that do is trouble, whatever joints were stopped', () => {
-  const dead = { ...RUNS, state: 'dead' };
+  const dead = { ...RUNS, process: 'belief', state: 'down' };
   assert.deepEqual(summary([RUNS, dead], [BUS], [], { ended: 1, emergency: 0 }), {
     words: '2 processes, 1 not running · 1 bus · the robot was stopped, torque of 1 joint is off', bad: true });
   assert.equal(summary([dead, dead], [BUS], [], { ended: 0, emergency: 0 }).bad, true);

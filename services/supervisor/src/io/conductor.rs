@@ -98,6 +98,10 @@ impl Conductor {
         at: Instant,
         watch: &mut impl ProcessMonitor,
     ) -> Result<bool, TurnError> {
+        // Asked before each turn, because the turns of a fast lesson never wait as long as the polling interval.
+        if watch.interrupted() {
+            return Err(TurnError::Interrupted);
+        }
         self.round += 1;
         let turn = Turn { kind: TurnKind::Step.raw(), reserved: 0, round: self.round };
         let Some(ports) = self.turn_ports.get_mut(&process) else { return Ok(true) };

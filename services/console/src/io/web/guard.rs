@@ -94,7 +94,7 @@ enum AccessError {
 impl AccessError {
     /// Status, heading and text of the answer.
     const fn answer(self) -> (StatusCode, &'static str, &'static str) {
-        let token = "Open the whole address that `leo run` prints: http://127.0.0.1:7780/?token=… Programs send the \
+        let token = "Open the whole address that `leo run` prints, with its `?token=…`. Programs send the \
                      header `Authorization: Bearer …`. The user who runs the robot finds its token in the file \
                      `page_token` of Leo's state directory: ~/.local/state/leo, or /var/lib/leo of the service. \
                      Stopping the robot needs none.";
@@ -103,7 +103,7 @@ impl AccessError {
             Self::WrongToken => return (StatusCode::UNAUTHORIZED, "This token is not the robot's", token),
             Self::NoHost => "The request names no host.",
             Self::OtherHost => {
-                "Open this page by the number of its address, as `leo run` prints it: http://127.0.0.1:7780/?token=…"
+                "Open this page by the number of its address, as `leo run` prints it: http://…/?token=…"
             }
             Self::OtherOrigin => "A page of another origin may not talk to this robot.",
         };
