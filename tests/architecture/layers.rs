@@ -41,6 +41,7 @@ pub(crate) const LAYERS: [&[&str]; 9] = [
         "leo-evaluation",
         "leo-kinematics",
         "motion",
+        "persons",
         "leo-perception",
         "leo-perspective",
         "records",

@@ -70,6 +70,34 @@ fn differences(lines: &[Value]) -> BTreeMap<u64, Vec<String>> {
 }
 
 #[test]
+fn detections_of_two_detectors_become_the_perspective_of_one_partner() {
+    let mut trace = format!("{HEADER}\n");
+    for step in 0..10_u64 {
+        // A person at 1.5 m looks at a block. One detector follows the face, the other one the body.
+        let at_ns = step * 100_000_000;
+        let block = r##"{"position_m": [0.6, 0, 0.03], "colour": "#e73f3f"}"##;
+        let face = r#"{"kind": "person", "detection": 40, "position_m": [1.5, 0, 0.5], "orientation_xyzw": [0, 0, 1, 0]}"#;
+        let body = r#"{"kind": "person", "detection": 7, "position_m": [1.4, 0.1, 0.4]}"#;
+        trace += &format!("{{\"at_ns\": {at_ns}, \"observations\": [{block}, {face}]}}\n");
+        trace += &format!("{{\"at_ns\": {at_ns}, \"source\": 1, \"observations\": [{body}]}}\n");
+    }
+    let output = believe(&["--json", "--partners", "2"], &trace);
+    let lines = lines(&output);
+    let present = |perspective| {
+        lines.iter().any(|line| {
+            text(line, "/record") == "perspective"
+                && number(line, "/perspective") == Some(perspective)
+                && line.pointer("/present") == Some(&Value::Bool(true))
+        })
+    };
+    assert!(present(1) && !present(2), "{}", output.out);
+    let summary = lines.last().expect("a summary");
+    assert!(text(summary, "/refused/0/reason").contains("which partner a detection belongs to"), "{summary}");
+    // Each detector's first sightings, until the person has a number.
+    assert!((2..=5).contains(&number(summary, "/refused/0/observations").unwrap_or_default()), "{summary}");
+}
+
+#[test]
 fn changes_behind_a_partners_back_are_unknown_until_seen() {
     let output = run_leo(&["believe", MOVED, "--json"]);
     let lines = lines(&output);

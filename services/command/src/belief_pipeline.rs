@@ -1,22 +1,29 @@
 use belief_process::{BeliefProcessError, Believer};
 use clock::Instant;
 use config::Robot;
-use message::{Belief, BeliefHead, Header, Hop, Perceived, PerceptHead, SourceSet};
+use message::{Belief, BeliefHead, Header, Hop, Loss, Observation, Perceived, PerceptHead, SourceSet};
 use perception::{Frame as Whose, Perception};
+use persons::Persons;
 use perspective::{Divergence, PerspectiveBeliefs};
-use reports::beliefs::PerspectiveRecord;
+use quantity::number::saturating_u64;
+use reports::beliefs::{PerspectiveRecord, Refusal};
 use trace::Frame;
 
 /// All perspectives over a trace: the robot's perception and the core of the belief process in sequence, as if
 /// connected by the percept buffer; and the differences of each perspective from the robot's.
 ///
 /// The trace reader already validates observations, and a trace is in the base frame. So of the sensor process only
-/// perception is needed.
+/// the identification of persons and perception are needed.
 pub(crate) struct BeliefPipeline {
     perception: Perception,
     believer: Believer,
     partners: u32,
     capacity: usize,
+    persons: Persons,
+    /// The observations of a frame whose partners are named.
+    identified: Vec<Observation>,
+    /// The number of detections without a partner, and the instant of the first.
+    unidentified: (u64, Option<Instant>),
     entries: Vec<Perceived>,
     left_out: u64,
     minds: Vec<PerspectiveState>,
@@ -45,6 +52,9 @@ impl BeliefPipeline {
             perception: Perception::new(&robot.percepts)?,
             partners,
             capacity,
+            persons: Persons::new(&robot.leo.sensor.persons),
+            identified: Vec::new(),
+            unidentified: (0, None),
             entries: Vec::with_capacity(capacity),
             left_out: 0,
             minds: (0..believer.perspectives()).map(own).collect(),
@@ -55,33 +65,45 @@ impl BeliefPipeline {
     /// One percept snapshot and the belief step that it triggers, over the frames of one instant.
     pub(crate) fn step(&mut self, frames: &[Frame]) {
         let Some(at_ns) = frames.iter().map(|frame| frame.at_ns).max() else { return };
-        let observations = || frames.iter().flat_map(|frame| &frame.observations);
-        let perception = &self.perception;
         self.entries.clear();
-        self.entries.extend(observations().take(self.capacity).map(|observation| Perceived {
-            observation: *observation,
-            snapshot: perception.perceive(observation, &Whose { agent: 0 }),
-        }));
-        let left_out = observations().count().saturating_sub(self.entries.len());
-        self.left_out = self.left_out.saturating_add(u64::try_from(left_out).unwrap_or(u64::MAX));
+        let mut active_sources = SourceSet::EMPTY;
+        for frame in frames {
+            self.identify(frame);
+            let room = self.capacity.saturating_sub(self.entries.len());
+            let perception = &self.perception;
+            self.entries.extend(self.identified.iter().take(room).map(|observation| Perceived {
+                observation: *observation,
+                snapshot: perception.perceive(observation, &Whose { agent: 0 }),
+            }));
+            let left_out = saturating_u64(self.identified.len().saturating_sub(room));
+            self.left_out = self.left_out.saturating_add(left_out);
+            // A source whose observations did not all fit counts as inactive, as in the sensor process: missing
+            // observations must not count as absent objects.
+            if left_out == 0 {
+                active_sources = active_sources.union(SourceSet::of(frame.source));
+            }
+        }
         let mut header = Header::at(at_ns);
         // A time stamp of zero means "none".
         header.pass(Hop::Observed, at_ns.max(1));
-        // A source whose observations did not all fit counts as inactive, as in the sensor process: missing
-        // observations must not count as absent objects.
-        let mut room = self.capacity;
-        let whole = frames.iter().filter(|frame| {
-            let is_whole = frame.observations.len() <= room;
-            room = room.saturating_sub(frame.observations.len());
-            is_whole
-        });
-        let active_sources = whole.map(|frame| SourceSet::of(frame.source)).collect();
         self.believer.step(
             Instant::from_nanos(at_ns),
             &PerceptHead::new(header, active_sources),
             &self.entries,
         );
         self.read();
+    }
+
+    /// Names the partners of a frame's detections of persons.
+    fn identify(&mut self, frame: &Frame) {
+        self.identified.clear();
+        self.identified.extend_from_slice(&frame.observations);
+        self.persons.identify(&mut self.identified);
+        let unidentified = Persons::retain_identified(&mut self.identified);
+        if unidentified > 0 {
+            self.unidentified.0 = self.unidentified.0.saturating_add(unidentified);
+            self.unidentified.1.get_or_insert(Instant::from_nanos(frame.at_ns));
+        }
     }
 
     /// Reads the beliefs of every perspective, as from the belief buffers.
@@ -117,6 +139,16 @@ impl BeliefPipeline {
     /// Observations that did not fit into a frame of the percept buffer.
     pub(crate) fn left_out(&self) -> u64 {
         self.left_out
+    }
+
+    /// Detections of persons that belong to no partner, as a refusal.
+    pub(crate) fn unidentified(&self) -> Option<Refusal> {
+        let (observations, first) = self.unidentified;
+        Some(Refusal {
+            reason: Loss::Unidentified.advice().to_owned(),
+            observations,
+            first: format!("at {:.3} s", first?.since(Instant::EPOCH).as_secs_f64()),
+        })
     }
 
     /// Every perspective, the robot's first.

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use clap::Args;
 use clock::Instant;
-use message::{Observation, ObservationKind};
+use message::{NOBODY, Observation, ObservationKind};
 use reports::beliefs::{BeliefReport, JsonLines, Refusal, Summary, Timeline};
 use trace::{FramesByInstant, Reader};
 
@@ -118,7 +118,7 @@ impl Believe {
             tracing::warn!("{}: {truncation}", self.trace.display());
         }
         summary.left_out = minds.left_out();
-        summary.refused = reader.refused().iter().map(refusal).collect();
+        summary.refused = reader.refused().iter().map(refusal).chain(minds.unidentified()).collect();
         if let Some(unchecked) = reader.unchecked() {
             tracing::warn!("{}: {unchecked}: damage there would not be noticed", self.trace.display());
         }
@@ -152,7 +152,8 @@ pub(crate) fn open(
 
 /// The partner that an observation is about, if any.
 fn partner(observation: &Observation) -> Option<u16> {
-    (observation.kind() == Some(ObservationKind::Person)).then_some(observation.partner)
+    let is_person = observation.kind() == Some(ObservationKind::Person);
+    (is_person && observation.partner != NOBODY).then_some(observation.partner)
 }
 
 pub(crate) fn refusal(refused: &trace::Rejections) -> Refusal {

@@ -332,6 +332,7 @@ impl Evaluate {
             }
             summary.refused = reader.refused().iter().map(believe::refusal).collect();
         }
+        summary.refused.extend(minds.unidentified());
         match truth.span_ns() {
             Some(truth_ns) if summary.frames == summary.without_instant => {
                 Err(EvaluationError::NoCommonInstant { truth_ns, trace_ns: span_ns })

@@ -30,7 +30,8 @@ pub(super) fn rehearse(
     let capacity = settings.buffers.max_objects.get();
     let mut world = World::new(lesson, lesson.seed);
     let mut sensor = sensor_process::Sensor::new(&robot.percepts, &settings.sensor.source, capacity)
-        .map_err(CommandError::usage)?;
+        .map_err(CommandError::usage)?
+        .identifying(&settings.sensor.persons);
     let mut believer =
         belief_process::Believer::new(&robot.percepts, &robot.perspective, partners, 1, capacity)
             .map_err(CommandError::usage)?;

@@ -4,6 +4,7 @@ use config::leo;
 use geometry::Pose;
 use message::{Header, LOSSES, Loss, MAX_SOURCES, Observation, Perceived, PerceptHead, SourceSet, Sources};
 use perception::{Frame, Own, Perception, PerceptionError};
+use persons::{PersonSettings, Persons};
 use quantity::number::{saturating_u32, single};
 
 use crate::source::Source;
@@ -73,6 +74,7 @@ pub enum SourceEvent {
 pub struct Sensor {
     perception: Perception,
     sources: Vec<Source>,
+    persons: Persons,
     capacity: usize,
     now: Instant,
 }
@@ -115,9 +117,17 @@ impl Sensor {
         Ok(Self {
             perception: Perception::with_plugins(percepts, own)?,
             sources: (0..).zip(sources).map(make).collect::<Result<_, SensorError>>()?,
+            persons: Persons::new(&PersonSettings::default()),
             capacity,
             now: Instant::EPOCH,
         })
+    }
+
+    /// Identifies persons by these settings instead of the default ones.
+    #[must_use]
+    pub fn identifying(mut self, settings: &PersonSettings) -> Self {
+        self.persons = Persons::new(settings);
+        self
     }
 
     /// Begins a cycle.
@@ -149,11 +159,16 @@ impl Sensor {
 
     /// Ends the cycle and returns the head of the percept frame.
     ///
+    /// Detections of persons become observations of partners, or are lost as unidentified.
+    ///
     /// Its timestamp and hop stamp are those of the newest frame of this cycle, or `now` without one. It has
     /// the number of observations left out for lack of capacity, by the sources and here. `active_sources` has the
     /// sources that delivered a complete frame. A source with left-out observations does not count, since a
     /// missing observation may be one of them.
     pub fn end(&mut self) -> PerceptHead {
+        for source in &mut self.sources {
+            source.identify(&mut self.persons);
+        }
         self.distribute_capacity();
         for source in &mut self.sources {
             source.end(self.now);

@@ -3,6 +3,7 @@ use geometry::{Base, Pose, Thing};
 use message::{
     Header, Hop, LOSSES, Loss, MAX_PERSPECTIVES, Observation, ObservationKind, SourceHealth, Text,
 };
+use persons::Persons;
 use quantity::number::single;
 
 use crate::SourceEvent;
@@ -202,6 +203,13 @@ impl Source {
         }
         // A valid source position may be out of range in the base frame.
         observation.fault().map_or(Ok(observation), Err)
+    }
+
+    /// Names the partner of each detection of a person, and removes the others.
+    pub(crate) fn identify(&mut self, persons: &mut Persons) {
+        persons.identify(&mut self.observations);
+        let unidentified = Persons::retain_identified(&mut self.observations);
+        self.count_loss(Loss::Unidentified, unidentified);
     }
 
     /// Ends the cycle at `now` and updates whether the source is silent.

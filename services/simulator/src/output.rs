@@ -45,7 +45,7 @@ impl World {
                 kind: truth.kind,
                 partner: truth.partner,
                 held_by: truth.held_by,
-                reserved: 0,
+                detection: 0,
                 confidence,
                 position_m: position_m.map(single),
                 position_sd_m: [0.0; 3],

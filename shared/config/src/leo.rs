@@ -6,6 +6,7 @@ mod source;
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
+use persons::PersonSettings;
 use serde::Deserialize;
 use settings::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Seconds, UnitInterval};
 use tasks::{HypothesisLanguage, Noise, OnConflict};
@@ -79,6 +80,9 @@ pub struct Sensor {
     pub rate_hz: Hertz,
     /// The sensory sources; a source's number is its index in this list.
     pub source: Vec<Source>,
+    /// How detections of persons become partners.
+    #[serde(default)]
+    pub persons: PersonSettings,
     /// Real-time rights.
     pub realtime: Rights,
 }

@@ -44,6 +44,8 @@ wire_enum! {
         State = 18 as "state",
         /// Another observation of the same person at the same instant is in the frame.
         Duplicate = 19 as "duplicate",
+        /// It is a detection of a person, and no partner is probable enough.
+        Unidentified = 20 as "unidentified",
     }
 }
 
@@ -56,7 +58,7 @@ impl Loss {
     /// Whether the input was invalid, rather than late or too much.
     #[must_use]
     pub const fn is_refusal(self) -> bool {
-        !matches!(self, Self::Overtaken | Self::Missed | Self::OverCapacity)
+        !matches!(self, Self::Overtaken | Self::Missed | Self::OverCapacity | Self::Unidentified)
     }
 
     /// Description of the problem and its remedy, about the source.
@@ -81,7 +83,7 @@ impl Loss {
             Self::Future => "`observed_at_ns` is later than now: it must be of CLOCK_MONOTONIC",
             Self::Past => "`observed_at_ns` is older than ten seconds: it must be of CLOCK_MONOTONIC",
             Self::Stale => "`observed_at_ns` is not newer than what was observed in an earlier frame",
-            Self::Kind => "`kind` must be 1 (object), 2 (person) or 3 (occluder)",
+            Self::Kind => "`kind` must be 1 (object), 2 (person), 3 (occluder) or 4 (hand)",
             Self::Modality => "`modality` must be 1 (vision), 2 (hearing) or 3 (touch)",
             Self::Position => "`position_m` must be finite and within 1000 m",
             Self::Orientation => {
@@ -97,7 +99,10 @@ impl Loss {
                  observed"
             }
             Self::Confidence => "`confidence` must be from 0 to 1",
-            Self::Person => "`partner` of a person must be 1, 2, ..., or 0 for the robot's own head",
+            Self::Person => {
+                "`partner` of a person or a hand must be 1, 2, ..., or 0 for the robot itself; without one, `detection` \
+                 must be the source's own number"
+            }
             Self::OverCapacity => "not all of its observations fit: raise `buffers.max_objects`",
             Self::State => {
                 "each of `states` must be from 0 to 1; a state that the object does not have is NaN, or left out of a \
@@ -105,6 +110,10 @@ impl Loss {
             }
             Self::Duplicate => {
                 "a person can be in only one place at an instant: the first observation of each person was used"
+            }
+            Self::Unidentified => {
+                "it is not clear which partner a detection belongs to: no other detection is near enough in place and \
+                 time, several partners are, or no number is free. [sensor.persons] says when it is clear"
             }
         }
     }

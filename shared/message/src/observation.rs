@@ -76,12 +76,14 @@ message! {
         pub modality: u16,
         /// An [`ObservationKind`].
         pub kind: u16,
-        /// For a person or a hand: which partner (1, 2, …), or 0 for the robot itself.
+        /// For a person or a hand: which partner (1, 2, …), or 0 for the robot itself; [`NOBODY`] if the source does not
+        /// know it.
         pub partner: u16,
         /// The agent that holds or moves it, or [`NOBODY`].
         pub held_by: u16,
-        /// Not used; zero.
-        pub reserved: u16,
+        /// For a person or a hand: the source's own number of a face, a body or a voice that it tracks (1, 2, …); zero for
+        /// none. The sensor process finds out which partner it is.
+        pub detection: u16,
         /// Confidence of the source, in [0, 1].
         pub confidence: f32,
         /// Position in the robot's base frame, in metres.
@@ -112,7 +114,7 @@ impl Observation {
             kind: ObservationKind::Object.raw(),
             partner: NOBODY,
             held_by: NOBODY,
-            reserved: 0,
+            detection: 0,
             confidence: 1.0,
             position_m: [0.0; 3],
             position_sd_m: [0.0; 3],
@@ -195,11 +197,11 @@ impl Observation {
             & is_share(self.confidence)
             & match self.kind() {
                 Some(ObservationKind::Object) => true,
-                Some(ObservationKind::Person) => self.orientation().is_some() & (self.partner != NOBODY),
+                Some(ObservationKind::Person) => self.is_of_somebody() & self.has_gaze(),
                 Some(ObservationKind::Occluder) => {
                     self.orientation().is_some() & self.half_extents().is_some()
                 }
-                Some(ObservationKind::Hand) => self.partner != NOBODY,
+                Some(ObservationKind::Hand) => self.is_of_somebody(),
                 None => false,
             }
     }
@@ -213,12 +215,22 @@ impl Observation {
             & (is_unit(self.orientation_xyzw) | is_unobserved(self.orientation_xyzw))
     }
 
+    /// Whether it says which person it is of: by the partner, or by the source's own number.
+    const fn is_of_somebody(&self) -> bool {
+        (self.partner != NOBODY) | (self.detection != 0)
+    }
+
+    /// Whether it has the orientation of the eyes, or is a detection, which may be without one.
+    fn has_gaze(&self) -> bool {
+        self.orientation().is_some() | (self.detection != 0 && is_unobserved(self.orientation_xyzw))
+    }
+
     /// The first invalid field, if any. Valid are: a known kind and modality; position, its standard deviation and extents
     /// finite and within 1000 m, the last two not negative; a quaternion of norm 1 within 1 %; colour, shape and confidence in [0, 1];
-    /// states in [0, 1] or NaN; and for a person or a hand, the partner.
+    /// states in [0, 1] or NaN; and for a person or a hand, the partner or the detection.
     ///
     /// Orientation, extents, colour and shape are also valid if all their components are [`UNOBSERVED`]. A person
-    /// needs an orientation, and an occluder needs an orientation and extents.
+    /// without a detection needs an orientation, and an occluder needs an orientation and extents.
     ///
     /// ```
     /// use message::{Loss, Observation, UNOBSERVED};
@@ -235,7 +247,8 @@ impl Observation {
             return None;
         }
         let needs_extents = self.kind() == Some(ObservationKind::Occluder);
-        let needs_orientation = needs_extents || self.kind() == Some(ObservationKind::Person);
+        let is_person = self.kind() == Some(ObservationKind::Person);
+        let needs_orientation = needs_extents || is_person && self.detection == 0;
         let may_lack = |is_needed: bool, is_unobserved: bool| !is_needed && is_unobserved;
         Some(if self.kind().is_none() {
             Loss::Kind
@@ -349,9 +362,16 @@ mod tests {
             (Observation { confidence: -0.5, ..sound }, Loss::Confidence),
             (Observation { confidence: f32::NAN, ..sound }, Loss::Confidence),
             (Observation { partner: NOBODY, ..sound }, Loss::Person),
+            (Observation { orientation_xyzw: [UNOBSERVED; 4], ..sound }, Loss::Orientation),
         ] {
             assert_eq!(unsound.fault(), Some(loss), "{unsound:?}");
         }
+        // A detection needs neither a partner nor a line of sight.
+        let detected =
+            Observation { partner: NOBODY, detection: 7, orientation_xyzw: [UNOBSERVED; 4], ..sound };
+        assert_eq!(detected.fault(), None);
+        let twisted = Observation { orientation_xyzw: [0.0; 4], ..detected };
+        assert_eq!(twisted.fault(), Some(Loss::Orientation));
     }
 
     /// A thing of which everything was observed.

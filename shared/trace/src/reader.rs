@@ -194,8 +194,12 @@ impl<R: Read> Reader<R> {
             frame.observations.retain(|observation| {
                 let is_person = observation.kind() == Some(ObservationKind::Person);
                 let reason = TraceRejectReason::against(observation, at_ns).or_else(|| {
-                    let twice =
-                        is_person && !persons.insert((observation.partner, observation.observed_at_ns));
+                    let twice = is_person
+                        && !persons.insert((
+                            observation.partner,
+                            observation.detection,
+                            observation.observed_at_ns,
+                        ));
                     twice.then_some(TraceRejectReason::Twice)
                 });
                 if let Some(reason) = reason {

@@ -1,6 +1,7 @@
 //! The serialised form of a frame: a JSON object, as a line or as a message of an MCAP file.
 
 use std::fmt;
+use std::num::NonZero;
 
 use message::{Modality, NOBODY, Observation, ObservationKind, STATES, State, UNOBSERVED};
 use quantity::number::single;
@@ -30,6 +31,7 @@ struct SerializedObservation {
     #[serde(default = "object", with = "Kind")]
     kind: ObservationKind,
     partner: Option<u16>,
+    detection: Option<NonZero<u16>>,
     position_m: Reals<3>,
     position_sd_m: Option<Reals<3>>,
     // An attribute that is missing or `null` was not observed.
@@ -152,9 +154,10 @@ impl SerializedFrame {
 impl SerializedObservation {
     fn read(self, source: u16, at_ns: u64) -> Result<Observation, &'static str> {
         let needs_partner = matches!(self.kind, ObservationKind::Person | ObservationKind::Hand);
-        if needs_partner && self.partner.is_none() {
+        if needs_partner && self.partner.is_none() && self.detection.is_none() {
             return Err(
-                "a person or a hand needs `partner`: 1, 2, …, or 0 for the robot; the same number in every frame",
+                "a person or a hand needs `partner`: 1, 2, …, or 0 for the robot; the same number in every frame. If it is \
+                 unknown, give `detection`, the detector's own number from 1",
             );
         }
         if self.partner == Some(NOBODY) {
@@ -166,6 +169,7 @@ impl SerializedObservation {
             modality: self.modality.raw(),
             kind: self.kind.raw(),
             partner: self.partner.unwrap_or(NOBODY),
+            detection: self.detection.map_or(0, NonZero::get),
             held_by: self.held_by.unwrap_or(NOBODY),
             confidence: self.confidence.0,
             position_m: self.position_m.0,
@@ -185,9 +189,11 @@ impl SerializedObservation {
         Ok(observation)
     }
 
-    /// The orientation. That of a person or an occluder, which need one, is upright without it.
+    /// The orientation. That of a person or an occluder, which need one, is upright without it. A detection of a person
+    /// needs none.
     fn orientation_xyzw(&self) -> [f32; 4] {
         match (&self.orientation_xyzw, self.kind) {
+            (None, ObservationKind::Person) if self.detection.is_some() => observed(None),
             (None, ObservationKind::Person | ObservationKind::Occluder) => [0.0, 0.0, 0.0, 1.0],
             (xyzw, _) => observed(xyzw.as_ref()),
         }

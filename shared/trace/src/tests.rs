@@ -510,6 +510,11 @@ fn a_mistake_is_reported_with_its_place_and_correction() {
             "needs `partner`",
         ),
         (
+            r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "kind": "person", "detection": 0}]}"#,
+            "observations[0].detection: ",
+            "nonzero",
+        ),
+        (
             r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "partner": 65535}]}"#,
             "observations[0]: ",
             "from 1",

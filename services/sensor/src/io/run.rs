@@ -45,7 +45,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
         }
     }
     let mut publisher = member.publisher::<Percepts>(None, capacity)?;
-    let mut sensor = Sensor::new(&robot.percepts, &sources, capacity).map_err(ProcessError::own)?;
+    let mut sensor = Sensor::new(&robot.percepts, &sources, capacity)
+        .map_err(ProcessError::own)?
+        .identifying(&leo.sensor.persons);
     let mut recordings = Recordings::open(&sources).map_err(ProcessError::own)?;
     recordings.tell(&sources);
     let mut board = member.board()?;

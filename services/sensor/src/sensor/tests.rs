@@ -87,6 +87,36 @@ fn an_invalid_observation_is_refused_and_the_others_are_accepted() {
     assert_eq!(lost(&sensor), [(Loss::Confidence, 2), (Loss::Person, 1), (Loss::State, 1)]);
 }
 
+#[test]
+fn detections_of_two_sources_become_one_partner() {
+    let mut sensor = sensor(&["", ""]);
+    let person = |detection, millis| Observation {
+        kind: ObservationKind::Person.raw(),
+        detection,
+        position_m: [1.5, 0.0, 0.5],
+        ..seen(millis)
+    };
+    let mut named = Vec::new();
+    for step in 1..=4 {
+        let millis = 10 * step;
+        let face = Observation { orientation_xyzw: [0.0, 0.0, 0.0, 1.0], ..person(40, millis) };
+        // A detector of bodies knows no line of sight, but to whom a hand belongs.
+        let hand = Observation { kind: ObservationKind::Hand.raw(), ..person(7, millis) };
+        let bodies = [person(7, millis), hand];
+        cycle(
+            &mut sensor,
+            millis + 1,
+            &[(0, header(step, millis), &[face]), (1, header(step, millis), &bodies)],
+        );
+        let kinds =
+            reported(&sensor).into_iter().map(|observation| (observation.kind(), observation.partner));
+        named.push(kinds.collect::<Vec<_>>());
+    }
+    let (face, hand) = (Some(ObservationKind::Person), Some(ObservationKind::Hand));
+    assert_eq!(named, [vec![], vec![], vec![(face, 1), (hand, 1)], vec![(face, 1), (hand, 1)]]);
+    assert_eq!(lost(&sensor), [(Loss::Unidentified, 6)]);
+}
+
 /// A plug-in percept: height above the floor.
 struct Height;
 

@@ -101,7 +101,7 @@ impl Bytes<'_> {
                     kind: self.word(),
                     partner: self.word(),
                     held_by: self.word(),
-                    reserved: self.word(),
+                    detection: self.word(),
                     confidence: self.number(),
                     position_m: self.numbers(),
                     position_sd_m: self.numbers(),

@@ -73,7 +73,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         }
         Name {}
         Observation {
-            observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
+            observed_at_ns, source, modality, kind, partner, held_by, detection, confidence, position_m,
             position_sd_m, orientation_xyzw, half_extents_m, colour_rgb, shape, states
         }
         Path {}

@@ -1,0 +1,53 @@
+//! Which partner a detection of a person belongs to.
+//!
+//! A detector of faces, bodies or voices numbers the persons that it tracks. These numbers are its own: two detectors
+//! number the same person differently, and a person who turns away and back gets a new number. A partner has one number
+//! in all sources and for the whole run. ROS4HRI (REP-155) makes the same distinction between `faces`, `bodies` and
+//! `voices` on one side and `persons` on the other, and relates them by probabilities.
+//!
+//! [`Persons`] names the partner of each detection of a frame, or leaves it unnamed. A hypothesis about a detection is
+//! that it belongs to partner p, or to a person who has no number yet. Its probability follows from:
+//!
+//! | evidence | model |
+//! |---|---|
+//! | what this detection belonged to before | a posterior for each detection, which is forgotten with a half-life |
+//! | position | a normal distribution about the partner's last position, which widens with time; a person without a number may be anywhere |
+//! | recognition: an observation with both numbers | the observation's confidence, that the detection belongs to that partner |
+//! | exclusion | two detections in a frame of one source never belong to one partner; summed over all joint assignments |
+//!
+//! A detection is named if one partner has at least the configured probability. A person who has no number yet gets the
+//! lowest free one after several certain sightings. A number is never given to another person.
+//!
+//! ```
+//! use message::{NOBODY, Observation, ObservationKind};
+//! use persons::{PersonSettings, Persons};
+//!
+//! let seen = |source, detection, x, at_ns| Observation {
+//!     kind: ObservationKind::Person.raw(),
+//!     detection,
+//!     position_m: [x, 0.0, 0.5],
+//!     ..Observation::object(source, at_ns)
+//! };
+//! let mut persons = Persons::new(&PersonSettings::default());
+//! for at_ns in [0, 100_000_000, 200_000_000] {
+//!     // Source 1 detects a face, which it calls 40.
+//!     let mut faces = [seen(1, 40, 1.5, at_ns)];
+//!     persons.identify(&mut faces);
+//!     // It is named at its third sighting.
+//!     assert_eq!(faces[0].partner, if at_ns < 200_000_000 { NOBODY } else { 1 });
+//! }
+//! // Source 2 detects a body at the same place, which it calls 7.
+//! let mut bodies = [seen(2, 7, 1.5, 300_000_000)];
+//! persons.identify(&mut bodies);
+//! assert_eq!(bodies[0].partner, 1);
+//! ```
+
+mod assignment;
+mod detection;
+mod persons;
+mod settings;
+mod track;
+
+pub use assignment::MAX_PERSONS;
+pub use persons::{MAX_DETECTIONS, Persons};
+pub use settings::{PersonSettings, Probability};
