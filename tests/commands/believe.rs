@@ -81,7 +81,8 @@ fn detections_of_two_detectors_become_the_perspective_of_one_partner() {
         trace += &format!("{{\"at_ns\": {at_ns}, \"observations\": [{block}, {face}]}}\n");
         trace += &format!("{{\"at_ns\": {at_ns}, \"source\": 1, \"observations\": [{body}]}}\n");
     }
-    let output = believe(&["--json", "--partners", "2"], &trace);
+    let mut output = believe(&["--json", "--partners", "2"], &trace);
+    assert!(std::mem::take(&mut output.err).contains("which partner a detection belongs to"), "{output:?}");
     let lines = lines(&output);
     let present = |perspective| {
         lines.iter().any(|line| {
@@ -94,7 +95,9 @@ fn detections_of_two_detectors_become_the_perspective_of_one_partner() {
     let summary = lines.last().expect("a summary");
     assert!(text(summary, "/refused/0/reason").contains("which partner a detection belongs to"), "{summary}");
     // Each detector's first sightings, until the person has a number.
-    assert!((2..=5).contains(&number(summary, "/refused/0/observations").unwrap_or_default()), "{summary}");
+    let refused = number(summary, "/refused/0/observations").unwrap_or_default();
+    assert!((10..=14).contains(&refused), "{summary}");
+    assert_eq!(number(summary, "/observations"), Some(30 - refused), "{summary}");
 }
 
 #[test]

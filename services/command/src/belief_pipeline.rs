@@ -1,7 +1,7 @@
 use belief_process::{BeliefProcessError, Believer};
 use clock::Instant;
 use config::Robot;
-use message::{Belief, BeliefHead, Header, Hop, Loss, Observation, Perceived, PerceptHead, SourceSet};
+use message::{Belief, BeliefHead, Header, Hop, Loss, Observation, ObservationKind, Perceived, PerceptHead, SourceSet};
 use perception::{Frame as Whose, Perception};
 use persons::Persons;
 use perspective::{Divergence, PerspectiveBeliefs};
@@ -98,7 +98,7 @@ impl BeliefPipeline {
     fn identify(&mut self, frame: &Frame) {
         self.identified.clear();
         self.identified.extend_from_slice(&frame.observations);
-        self.persons.identify(&mut self.identified);
+        self.persons.identify(&mut self.identified, 1.0);
         let unidentified = Persons::retain_identified(&mut self.identified);
         if unidentified > 0 {
             self.unidentified.0 = self.unidentified.0.saturating_add(unidentified);
@@ -129,6 +129,13 @@ impl BeliefPipeline {
     /// The instant of the beliefs.
     pub(crate) fn at(&self) -> Instant {
         Instant::from_nanos(self.minds.first().map_or(0, |robot| robot.head.header.valid_at_ns))
+    }
+
+    /// The partners who were observed at this instant, and the robot if its head was.
+    pub(crate) fn partners(&self) -> impl Iterator<Item = u16> {
+        let observations = self.entries.iter().map(|entry| &entry.observation);
+        let persons = observations.filter(|seen| seen.kind() == Some(ObservationKind::Person));
+        persons.map(|seen| seen.partner)
     }
 
     /// Whether a partner's beliefs are simulated.

@@ -8,7 +8,6 @@ use std::time::Duration;
 
 use clap::Args;
 use clock::Instant;
-use message::{NOBODY, Observation, ObservationKind};
 use reports::beliefs::{BeliefReport, JsonLines, Refusal, Summary, Timeline};
 use trace::{FramesByInstant, Reader};
 
@@ -103,9 +102,8 @@ impl Believe {
                 summary.frames += 1;
                 summary.earlier += u64::from(frame.at_ns < at.as_nanos());
                 summary.observations += u64::try_from(frame.observations.len()).unwrap_or(u64::MAX);
-                let persons = frame.observations.iter().filter_map(partner);
-                summary.not_simulated.extend(persons.filter(|partner| !minds.simulates(*partner)));
             }
+            summary.not_simulated.extend(minds.partners().filter(|partner| !minds.simulates(*partner)));
             if self.every.is_none_or(|every| shown_at.is_none_or(|shown_at| at.since(shown_at) >= every)) {
                 shown_at = Some(at);
                 teller.append(at.as_nanos(), &minds.all(), &mut out.text);
@@ -118,7 +116,10 @@ impl Believe {
             tracing::warn!("{}: {truncation}", self.trace.display());
         }
         summary.left_out = minds.left_out();
-        summary.refused = reader.refused().iter().map(refusal).chain(minds.unidentified()).collect();
+        let unidentified = minds.unidentified();
+        let unused = unidentified.as_ref().map_or(0, |unidentified| unidentified.observations);
+        summary.observations = summary.observations.saturating_sub(unused);
+        summary.refused = reader.refused().iter().map(refusal).chain(unidentified).collect();
         if let Some(unchecked) = reader.unchecked() {
             tracing::warn!("{}: {unchecked}: damage there would not be noticed", self.trace.display());
         }
@@ -148,12 +149,6 @@ pub(crate) fn open(
         }
         Err(source) => Err(trace::TraceError::Read { name, source }),
     }
-}
-
-/// The partner that an observation is about, if any.
-fn partner(observation: &Observation) -> Option<u16> {
-    let is_person = observation.kind() == Some(ObservationKind::Person);
-    (is_person && observation.partner != NOBODY).then_some(observation.partner)
 }
 
 pub(crate) fn refusal(refused: &trace::Rejections) -> Refusal {

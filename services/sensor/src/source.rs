@@ -160,9 +160,9 @@ impl Source {
     }
 
     /// Whether the newest observation of this person has the same timestamp. Older observations are accepted
-    /// and do not update the newest. Partner numbers beyond the last agent are ignored.
+    /// and do not update the newest. Partner numbers beyond the last agent are ignored, and so are detections.
     fn is_duplicate(&mut self, observation: &Observation) -> bool {
-        let is_person = observation.kind() == Some(ObservationKind::Person);
+        let is_person = observation.kind() == Some(ObservationKind::Person) && observation.detection == 0;
         let newest = self.persons.get_mut(usize::from(observation.partner)).filter(|_| is_person);
         let at = Some(Instant::from_nanos(observation.observed_at_ns));
         newest.is_some_and(|newest| {
@@ -207,7 +207,7 @@ impl Source {
 
     /// Names the partner of each detection of a person, and removes the others.
     pub(crate) fn identify(&mut self, persons: &mut Persons) {
-        persons.identify(&mut self.observations);
+        persons.identify(&mut self.observations, self.confidence);
         let unidentified = Persons::retain_identified(&mut self.observations);
         self.count_loss(Loss::Unidentified, unidentified);
     }

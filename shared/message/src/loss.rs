@@ -112,8 +112,8 @@ impl Loss {
                 "a person can be in only one place at an instant: the first observation of each person was used"
             }
             Self::Unidentified => {
-                "it is not clear which partner a detection belongs to: no other detection is near enough in place and \
-                 time, several partners are, or no number is free. [sensor.persons] says when it is clear"
+                "it is not clear which partner a detection belongs to: several are probable, the person has no number \
+                 yet, no number is free, or there are more than 16 detections. See [sensor.persons] in leo.toml"
             }
         }
     }

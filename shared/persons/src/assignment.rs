@@ -66,7 +66,9 @@ impl Assignment {
             let Some([to, from]) = self.after.get_mut(index..).and_then(<[_]>::first_chunk_mut) else {
                 return;
             };
-            for (set, sum) in to.iter_mut().enumerate() {
+            // Only sets that the detections before can use.
+            let before = self.before.get(index).map_or(&[][..], |before| before.as_slice());
+            for ((set, sum), _) in to.iter_mut().enumerate().zip(before).filter(|(_, before)| **before > 0.0) {
                 *sum = 0.0;
                 for_each_next(set, row, |next, own| *sum += own * from.get(next).copied().unwrap_or(0.0));
             }

@@ -10,13 +10,14 @@
 //!
 //! | evidence | model |
 //! |---|---|
-//! | what this detection belonged to before | a posterior for each detection, which is forgotten with a half-life |
-//! | position | a normal distribution about the partner's last position, which widens with time; a person without a number may be anywhere |
-//! | recognition: an observation with both numbers | the observation's confidence, that the detection belongs to that partner |
+//! | the detection before | a posterior for each detection, with a half-life. Position counts once a second there, because successive positions have the same errors |
+//! | position | a normal distribution about the partner's last position, which widens with time; a person without a number may be anywhere in a room |
+//! | recognition: an observation with both numbers | the most confident one of the detection: the probability that it belongs to that partner |
 //! | exclusion | two detections in a frame of one source never belong to one partner; summed over all joint assignments |
 //!
 //! A detection is named if one partner has at least the configured probability. A person who has no number yet gets the
-//! lowest free one after several certain sightings. A number is never given to another person.
+//! lowest free one once they were detected for a time. A number is never given to another person. Who is recognized after they
+//! got a number has the recognized one from then on.
 //!
 //! ```
 //! use message::{NOBODY, Observation, ObservationKind};
@@ -29,16 +30,16 @@
 //!     ..Observation::object(source, at_ns)
 //! };
 //! let mut persons = Persons::new(&PersonSettings::default());
-//! for at_ns in [0, 100_000_000, 200_000_000] {
+//! for step in 0..=5 {
 //!     // Source 1 detects a face, which it calls 40.
-//!     let mut faces = [seen(1, 40, 1.5, at_ns)];
-//!     persons.identify(&mut faces);
-//!     // It is named at its third sighting.
-//!     assert_eq!(faces[0].partner, if at_ns < 200_000_000 { NOBODY } else { 1 });
+//!     let mut faces = [seen(1, 40, 1.5, step * 100_000_000)];
+//!     persons.identify(&mut faces, 1.0);
+//!     // It has a number after half a second.
+//!     assert_eq!(faces[0].partner, if step < 5 { NOBODY } else { 1 });
 //! }
-//! // Source 2 detects a body at the same place, which it calls 7.
-//! let mut bodies = [seen(2, 7, 1.5, 300_000_000)];
-//! persons.identify(&mut bodies);
+//! // Source 2 detects a body near by, which it calls 7.
+//! let mut bodies = [seen(2, 7, 1.4, 600_000_000)];
+//! persons.identify(&mut bodies, 1.0);
 //! assert_eq!(bodies[0].partner, 1);
 //! ```
 
@@ -50,4 +51,4 @@ mod track;
 
 pub use assignment::MAX_PERSONS;
 pub use persons::{MAX_DETECTIONS, Persons};
-pub use settings::{PersonSettings, Probability};
+pub use settings::{Deviation, PersonSettings, Probability};

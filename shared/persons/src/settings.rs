@@ -1,9 +1,13 @@
-use ::settings::number::{Positive, Seconds};
+use ::settings::number::Seconds;
 use serde::Deserialize;
 
 settings::ranged!(
     /// A probability above which a hypothesis is taken for the truth.
     Probability(f64): "above 0.5 and below 1", |value| value > 0.5 && value < 1.0
+);
+settings::ranged!(
+    /// A standard deviation in metres, or in metres per second.
+    Deviation(f64): "from 0.001 to 100", |value| (0.001..=100.0).contains(&value)
 );
 
 /// How detections become partners: `[sensor.persons]` of `leo.toml`. Every key has a default.
@@ -12,15 +16,18 @@ settings::ranged!(
 pub struct PersonSettings {
     /// A detection is named if it belongs to one partner with at least this probability.
     pub min_probability: Probability,
-    /// Standard deviation between the positions that detectors state of one person, in metres.
-    pub spread_m: Positive,
-    /// Standard deviation of the distance that a person moves in a second, in metres. It grows with the root of time.
-    pub wander_m: Positive,
-    /// Half-life of what a detection belonged to. A partner who was not detected for this long may be anywhere: then only
-    /// recognition names them again.
+    /// Standard deviation of a stated position about the person, along each horizontal axis. It is three times as large
+    /// along the vertical one, because one detector states the head and another one the trunk.
+    pub spread_m: Deviation,
+    /// Standard deviation of a person's speed along each axis, in metres per second.
+    pub speed_m_s: Deviation,
+    /// Half-life of the probabilities of a detection. A partner who was not detected for this long is named again by
+    /// recognition alone.
     pub forget_s: Seconds,
-    /// Number of successive certain sightings after which a person gets a number.
-    pub sightings: u32,
+    /// How long a person without a number is detected before they get one.
+    pub confirm_s: Seconds,
+    /// Partners from 1 up to this number are named by recognition alone.
+    pub recognized: u16,
 }
 
 impl Default for PersonSettings {
@@ -29,9 +36,10 @@ impl Default for PersonSettings {
         Self {
             min_probability: 0.9.try_into().expect("in range"),
             spread_m: 0.2.try_into().expect("in range"),
-            wander_m: 0.5.try_into().expect("in range"),
+            speed_m_s: 1.0.try_into().expect("in range"),
             forget_s: 10.0.try_into().expect("in range"),
-            sightings: 3,
+            confirm_s: 0.5.try_into().expect("in range"),
+            recognized: 0,
         }
     }
 }

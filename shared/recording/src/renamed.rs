@@ -1,10 +1,11 @@
 //! Fields of recorded types that were renamed without a change of their bytes.
 
 /// The type, the old name and the new name of each renamed field.
-const RENAMED: [(&str, &str, &str); 5] = [
+const RENAMED: [(&str, &str, &str); 6] = [
     ("leo/Header/1", "left_out", "over_capacity"),
     ("leo/PerceptHead/1", "looked", "active_sources"),
     ("leo/Aspect/1", "apart", "distance"),
+    ("leo/Observation/2", "reserved", "detection"),
     ("leo/JointState/3", "licence", "arming"),
     ("leo/JointState/3", "licence_cause", "arming_cause"),
 ];

@@ -192,7 +192,8 @@ impl<R: Read> Reader<R> {
             let (refusals, at_ns) = (&mut self.refusals, frame.at_ns);
             let mut persons = BTreeSet::new();
             frame.observations.retain(|observation| {
-                let is_person = observation.kind() == Some(ObservationKind::Person);
+                let is_person =
+                    observation.kind() == Some(ObservationKind::Person) && observation.detection == 0;
                 let reason = TraceRejectReason::against(observation, at_ns).or_else(|| {
                     let twice = is_person
                         && !persons.insert((

@@ -97,8 +97,8 @@ fn detections_of_two_sources_become_one_partner() {
         ..seen(millis)
     };
     let mut named = Vec::new();
-    for step in 1..=4 {
-        let millis = 10 * step;
+    for step in 1..=8 {
+        let millis = 100 * step;
         let face = Observation { orientation_xyzw: [0.0, 0.0, 0.0, 1.0], ..person(40, millis) };
         // A detector of bodies knows no line of sight, but to whom a hand belongs.
         let hand = Observation { kind: ObservationKind::Hand.raw(), ..person(7, millis) };
@@ -108,13 +108,16 @@ fn detections_of_two_sources_become_one_partner() {
             millis + 1,
             &[(0, header(step, millis), &[face]), (1, header(step, millis), &bodies)],
         );
-        let kinds =
-            reported(&sensor).into_iter().map(|observation| (observation.kind(), observation.partner));
+        let kinds = reported(&sensor).into_iter().map(|observation| (observation.kind(), observation.partner));
         named.push(kinds.collect::<Vec<_>>());
     }
     let (face, hand) = (Some(ObservationKind::Person), Some(ObservationKind::Hand));
-    assert_eq!(named, [vec![], vec![], vec![(face, 1), (hand, 1)], vec![(face, 1), (hand, 1)]]);
-    assert_eq!(lost(&sensor), [(Loss::Unidentified, 6)]);
+    assert_eq!(named[..5], [const { vec![] }; 5]);
+    // After half a second the person has a number, and soon the body is known to be theirs.
+    assert_eq!(named[5].first(), Some(&(face, 1)));
+    assert_eq!(named[7], [(face, 1), (hand, 1)]);
+    let unidentified = lost(&sensor);
+    assert!(matches!(unidentified[..], [(Loss::Unidentified, 15..=20)]), "{unidentified:?}");
 }
 
 /// A plug-in percept: height above the floor.
