@@ -29,10 +29,10 @@
 
 use std::hash::{Hash, Hasher};
 
-use super::state_table::{
-    ExchangeFault, GOAL_RAD, ONE_JOINT, SHORT, check_published, exchange, field, item, joint_key, one_servo,
-    push_to, sends_goals,
+use super::one_joint::{
+    ExchangeFault, GOAL_RAD, ONE_JOINT, SHORT, exchange, item, one_servo, push_to, sends_goals,
 };
+use super::state_table::{check_published, field, joint_key};
 use super::*;
 
 use message::{JointArming, JointMotion, JointPower};
