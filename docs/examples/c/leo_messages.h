@@ -304,6 +304,8 @@ enum leo_loss {
     LEO_LOSS_STATE = 18,
     /* Another observation of the same person at the same instant is in the frame. */
     LEO_LOSS_DUPLICATE = 19,
+    /* It is a detection of a person, and no partner is probable enough. */
+    LEO_LOSS_UNIDENTIFIED = 20,
 };
 
 /* The sense that made an observation. */
@@ -1127,12 +1129,14 @@ struct leo_observation {
     uint16_t modality;
     /* An `ObservationKind`. */
     uint16_t kind;
-    /* For a person or a hand: which partner (1, 2, …), or 0 for the robot itself. */
+    /* For a person or a hand: which partner (1, 2, …), or 0 for the robot itself; `NOBODY` if the source does not
+     * know it. */
     uint16_t partner;
     /* The agent that holds or moves it, or `NOBODY`. */
     uint16_t held_by;
-    /* Not used; zero. */
-    uint16_t reserved;
+    /* For a person or a hand: the source's own number of a face, a body or a voice that it tracks (1, 2, …); zero for
+     * none. The sensor process finds out which partner it is. */
+    uint16_t detection;
     /* Confidence of the source, in [0, 1]. */
     float confidence;
     /* Position in the robot's base frame, in metres. */
@@ -1157,7 +1161,7 @@ LEO_ASSERT(offsetof(struct leo_observation, modality) == 10, "place of modality"
 LEO_ASSERT(offsetof(struct leo_observation, kind) == 12, "place of kind");
 LEO_ASSERT(offsetof(struct leo_observation, partner) == 14, "place of partner");
 LEO_ASSERT(offsetof(struct leo_observation, held_by) == 16, "place of held_by");
-LEO_ASSERT(offsetof(struct leo_observation, reserved) == 18, "place of reserved");
+LEO_ASSERT(offsetof(struct leo_observation, detection) == 18, "place of detection");
 LEO_ASSERT(offsetof(struct leo_observation, confidence) == 20, "place of confidence");
 LEO_ASSERT(offsetof(struct leo_observation, position_m) == 24, "place of position_m");
 LEO_ASSERT(offsetof(struct leo_observation, position_sd_m) == 36, "place of position_sd_m");

@@ -267,6 +267,8 @@ class Loss(enum.IntEnum):
     STATE = 18
     # Another observation of the same person at the same instant is in the frame.
     DUPLICATE = 19
+    # It is a detection of a person, and no partner is probable enough.
+    UNIDENTIFIED = 20
 
 
 # The sense that made an observation.
@@ -990,12 +992,14 @@ class Observation(ctypes.Structure):
         ("modality", ctypes.c_uint16),
         # An `ObservationKind`.
         ("kind", ctypes.c_uint16),
-        # For a person or a hand: which partner (1, 2, …), or 0 for the robot itself.
+        # For a person or a hand: which partner (1, 2, …), or 0 for the robot itself; `NOBODY` if the source does not
+        # know it.
         ("partner", ctypes.c_uint16),
         # The agent that holds or moves it, or `NOBODY`.
         ("held_by", ctypes.c_uint16),
-        # Not used; zero.
-        ("reserved", ctypes.c_uint16),
+        # For a person or a hand: the source's own number of a face, a body or a voice that it tracks (1, 2, …); zero for
+        # none. The sensor process finds out which partner it is.
+        ("detection", ctypes.c_uint16),
         # Confidence of the source, in [0, 1].
         ("confidence", ctypes.c_float),
         # Position in the robot's base frame, in metres.

@@ -1,7 +1,9 @@
 use belief_process::{BeliefProcessError, Believer};
 use clock::Instant;
 use config::Robot;
-use message::{Belief, BeliefHead, Header, Hop, Loss, Observation, ObservationKind, Perceived, PerceptHead, SourceSet};
+use message::{
+    Belief, BeliefHead, Header, Hop, Loss, Observation, ObservationKind, Perceived, PerceptHead, SourceSet,
+};
 use perception::{Frame as Whose, Perception};
 use persons::Persons;
 use perspective::{Divergence, PerspectiveBeliefs};

@@ -68,7 +68,8 @@ impl Assignment {
             };
             // Only sets that the detections before can use.
             let before = self.before.get(index).map_or(&[][..], |before| before.as_slice());
-            for ((set, sum), _) in to.iter_mut().enumerate().zip(before).filter(|(_, before)| **before > 0.0) {
+            for ((set, sum), _) in to.iter_mut().enumerate().zip(before).filter(|(_, before)| **before > 0.0)
+            {
                 *sum = 0.0;
                 for_each_next(set, row, |next, own| *sum += own * from.get(next).copied().unwrap_or(0.0));
             }

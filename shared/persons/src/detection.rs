@@ -66,7 +66,13 @@ impl Detection {
 
     /// Takes a recognition. Only the most confident one counts: the same image is recognized again and again. It makes the
     /// partner possible, however certain another one was.
-    pub(crate) fn recognize(&mut self, partner: usize, confidence: f64, at: Instant, settings: &PersonSettings) {
+    pub(crate) fn recognize(
+        &mut self,
+        partner: usize,
+        confidence: f64,
+        at: Instant,
+        settings: &PersonSettings,
+    ) {
         if self.recognition(at, settings).is_none_or(|(_, known)| confidence >= known) {
             self.recognition = Some((partner, confidence));
         }

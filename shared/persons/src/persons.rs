@@ -118,7 +118,8 @@ impl Persons {
         }
         observations.iter_mut().filter(|seen| is_detection(seen) && is_person(seen)).for_each(unname);
         for index in 0..self.found.len() {
-            let (Some(found), Some(row)) = (self.found.get(index).copied(), self.rows.get(index).copied()) else {
+            let (Some(found), Some(row)) = (self.found.get(index).copied(), self.rows.get(index).copied())
+            else {
                 continue;
             };
             let Some(observation) = observations.get(found.observation).copied() else { continue };
@@ -263,10 +264,11 @@ impl Persons {
             } else {
                 here.unwrap_or(0.0)
             };
-            let recognized = recognition.map_or(1.0, |(_, confidence)| {
-                if is_recognized { confidence } else { 1.0 - confidence }
-            });
-            if let (Some(slot), Some(weight)) = (found.recognition.get_mut(hypothesis), row.get_mut(hypothesis)) {
+            let recognized = recognition
+                .map_or(1.0, |(_, confidence)| if is_recognized { confidence } else { 1.0 - confidence });
+            if let (Some(slot), Some(weight)) =
+                (found.recognition.get_mut(hypothesis), row.get_mut(hypothesis))
+            {
                 *slot = recognized;
                 *weight = found.prior.get(hypothesis).copied().unwrap_or(0.0) * likelihood * recognized;
             }

@@ -36,7 +36,10 @@ impl Place {
         let spread_m = settings.spread_m.get();
         let spreads_m = [spread_m, spread_m, VERTICAL_SPREAD * spread_m];
         let mut variance_m2 = observation.position_sd_m.map(|sd_m| f64::from(sd_m).powi(2));
-        variance_m2.iter_mut().zip(spreads_m).for_each(|(variance_m2, spread_m)| *variance_m2 += spread_m * spread_m);
+        variance_m2
+            .iter_mut()
+            .zip(spreads_m)
+            .for_each(|(variance_m2, spread_m)| *variance_m2 += spread_m * spread_m);
         Self {
             position_m: observation.position_m.map(f64::from),
             variance_m2,
@@ -119,7 +122,8 @@ mod tests {
         // 0.04 + 0.04; after half a second 0.25 more, and at most 0.75 of the track.
         let places = [(at(1.3, 0), 0.08, 0.3), (at(0.5, 500), 0.33, 0.5), (at(0.5, 9000), 0.79, 0.5)];
         for (place, variance_m2, deviation_m) in places {
-            let normal = (-0.5_f64 * deviation_m * deviation_m / variance_m2).exp() / (TAU * variance_m2).powf(1.5);
+            let normal =
+                (-0.5_f64 * deviation_m * deviation_m / variance_m2).exp() / (TAU * variance_m2).powf(1.5);
             assert!((track.density_per_m3(&place, &settings) / normal - 1.0).abs() < 1e-12);
         }
         // A source may be late.

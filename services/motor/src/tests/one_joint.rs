@@ -1,12 +1,9 @@
 //! One joint, its servo on a mock line, and exchanges with faults.
 
-use std::slice::from_mut;
-
 use super::*;
 
 use servo::{Fault, Parser, Status};
 
-use crate::bus::{Bus, Purpose};
 use crate::job::CONDITION;
 
 /// One joint on one simulated bus. Its limits are ±1 rad.

@@ -21,10 +21,9 @@ use config::leo::AlertReaction;
 use message::{JointArming, JointLink, JointMotion, JointPower};
 use servo::mock::HardwareError;
 use servo::table::{BUS_WATCHDOG, TORQUE_ENABLE};
-use servo::{Fault, Parser, Status};
 
 use crate::bus::{Bus, Purpose};
-use crate::job::CONDITION;
+
 use crate::joint::{BodyState, Joint, Policy};
 
 /// Cycles after which a silent servo is quarantined if it is the only one on the bus.

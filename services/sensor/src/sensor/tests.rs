@@ -108,7 +108,8 @@ fn detections_of_two_sources_become_one_partner() {
             millis + 1,
             &[(0, header(step, millis), &[face]), (1, header(step, millis), &bodies)],
         );
-        let kinds = reported(&sensor).into_iter().map(|observation| (observation.kind(), observation.partner));
+        let kinds =
+            reported(&sensor).into_iter().map(|observation| (observation.kind(), observation.partner));
         named.push(kinds.collect::<Vec<_>>());
     }
     let (face, hand) = (Some(ObservationKind::Person), Some(ObservationKind::Hand));

@@ -45,7 +45,8 @@ fn two_detectors_of_one_person_agree_on_the_partner() {
     assert_eq!(partners(&mut persons, vec![seen(FACES, 41, 1.0, 600), seen(FACES, 42, 2.0, 600)]), [1, 2]);
     assert_eq!(partners(&mut persons, vec![seen(BODIES, 9, 2.1, 610), seen(BODIES, 8, 1.1, 610)]), [2, 1]);
     // A trunk is below its head, and a camera may be late.
-    let trunk = |detection, millis| Observation { position_m: [1.0, 0.1, -0.2], ..seen(3, detection, 0.0, millis) };
+    let trunk =
+        |detection, millis| Observation { position_m: [1.0, 0.1, -0.2], ..seen(3, detection, 0.0, millis) };
     partners(&mut persons, vec![seen(FACES, 41, 1.0, 1300), seen(FACES, 42, 2.0, 1300)]);
     let named = names(&mut persons, (700..1200).step_by(100).map(|millis| trunk(5, millis)));
     assert!(named.iter().all(|partner| [1, NOBODY].contains(partner)), "{named:?}");
@@ -84,7 +85,8 @@ fn a_person_who_is_rarely_detected_keeps_their_number() {
     assert_eq!(named, [1; 19]);
     // Walking at 1.4 m/s, once a second.
     let mut persons = met(1);
-    let walk = (1..20).map(|step: u16| seen(FACES, 41, 1.0 + 1.4 * f32::from(step), 500 + 1000 * u64::from(step)));
+    let walk =
+        (1..20).map(|step: u16| seen(FACES, 41, 1.0 + 1.4 * f32::from(step), 500 + 1000 * u64::from(step)));
     assert_eq!(names(&mut persons, walk), [1; 19]);
 }
 
@@ -185,7 +187,8 @@ fn a_number_is_never_given_to_another_person() {
     persons.reserve(4);
     let mut named = Vec::new();
     for person in 1..=10 {
-        let frames = (0..=6).map(|frame| seen(FACES, 100 + person, 1.0, 60_000 * u64::from(person) + 100 * frame));
+        let frames =
+            (0..=6).map(|frame| seen(FACES, 100 + person, 1.0, 60_000 * u64::from(person) + 100 * frame));
         named.extend(names(&mut persons, frames).into_iter().filter(|partner| *partner != NOBODY));
     }
     named.dedup();
@@ -212,7 +215,8 @@ fn the_robot_and_partners_beyond_the_last_stay_as_they_are() {
     let mut persons = met(1);
     let hand = Observation { kind: ObservationKind::Hand.raw(), ..seen(BODIES, 7, 0.3, 600) };
     for partner in [0, 9, 4000] {
-        let frame = vec![Observation { partner, ..seen(BODIES, 7, 1.0, 600) }, Observation { partner, ..hand }];
+        let frame =
+            vec![Observation { partner, ..seen(BODIES, 7, 1.0, 600) }, Observation { partner, ..hand }];
         assert_eq!(partners(&mut persons, frame), [partner, partner]);
     }
 }
@@ -228,7 +232,10 @@ fn a_hand_belongs_to_whom_its_body_belongs() {
     let frame = vec![hand(8, 600), seen(BODIES, 8, 1.1, 600), hand(9, 600)];
     assert_eq!(partners(&mut persons, frame), [1, 1, NOBODY]);
     // Also in a frame without its body. What its source says otherwise is kept.
-    assert_eq!(partners(&mut persons, vec![hand(8, 700), Observation { partner: 5, ..hand(9, 700) }]), [1, 5]);
+    assert_eq!(
+        partners(&mut persons, vec![hand(8, 700), Observation { partner: 5, ..hand(9, 700) }]),
+        [1, 5]
+    );
 }
 
 #[test]
@@ -245,9 +252,11 @@ fn a_detection_that_is_twice_in_a_frame_is_one_person() {
 #[test]
 fn a_frame_allocates_nothing_however_many_it_has() {
     let mut persons = met(2);
-    let mut frame: Vec<_> = (0..100).map(|number| seen(BODIES, 1 + number, 1.0 + f32::from(number), 600)).collect();
+    let mut frame: Vec<_> =
+        (0..100).map(|number| seen(BODIES, 1 + number, 1.0 + f32::from(number), 600)).collect();
     assert_eq!(testkit::allocations_in(|| persons.identify(&mut frame, 1.0)), 0);
-    let named: Vec<u16> = frame.iter().map(|seen| seen.partner).filter(|partner| *partner != NOBODY).collect();
+    let named: Vec<u16> =
+        frame.iter().map(|seen| seen.partner).filter(|partner| *partner != NOBODY).collect();
     assert_eq!(named, [1, 2]);
     // A source with ever new numbers does not displace the detections of another one.
     for number in 0..200 {
