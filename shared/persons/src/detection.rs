@@ -18,6 +18,8 @@ pub(crate) struct Detection {
     /// The probability of each hypothesis after the last sighting.
     posterior: Row,
     pub(crate) at: Instant,
+    /// The probability of each hypothesis in the last frame, with all of its evidence.
+    pub(crate) last: Row,
     /// The most confident recognition, and its confidence.
     recognition: Option<(usize, f64)>,
     /// The successive sightings that were certainly of a person without a number, and the first of them.
@@ -34,6 +36,7 @@ impl Detection {
             number: observation.detection,
             posterior: [UNIFORM; HYPOTHESES],
             at,
+            last: [UNIFORM; HYPOTHESES],
             recognition: None,
             sightings: 0,
             unnumbered_since: at,
@@ -56,6 +59,12 @@ impl Detection {
     pub(crate) fn prior(&self, at: Instant, settings: &PersonSettings) -> Row {
         let kept = self.kept(at, settings);
         self.posterior.map(|probability| kept * probability + (1.0 - kept) * UNIFORM)
+    }
+
+    /// The same for what is asked between two sightings: the last frame counts fully.
+    pub(crate) fn presumption(&self, at: Instant, settings: &PersonSettings) -> Row {
+        let kept = self.kept(at, settings);
+        self.last.map(|probability| kept * probability + (1.0 - kept) * UNIFORM)
     }
 
     /// The partner as whom it was recognized, and the confidence at an instant: one half says nothing.
@@ -127,9 +136,11 @@ impl Detection {
 
     /// What was of one partner is of another one from now on.
     pub(crate) fn rename(&mut self, from: usize, to: usize) {
-        let probability = self.posterior.get_mut(from).map_or(0.0, std::mem::take);
-        if let Some(sum) = self.posterior.get_mut(to) {
-            *sum += probability;
+        for row in [&mut self.posterior, &mut self.last] {
+            let probability = row.get_mut(from).map_or(0.0, std::mem::take);
+            if let Some(sum) = row.get_mut(to) {
+                *sum += probability;
+            }
         }
     }
 

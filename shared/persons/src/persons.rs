@@ -286,6 +286,7 @@ impl Persons {
             *evidence /= (prior * recognized).max(f64::MIN_POSITIVE);
         }
         known.update(&found.prior, &evidence, place.at, found.is_first);
+        known.last = *row;
         let partner = match certain(row, &settings) {
             Some(0) => {
                 if !known.is_confirmed(place.at, &settings) {
@@ -341,7 +342,7 @@ impl Persons {
     fn owner(&self, hand: &Observation) -> u16 {
         let at = Instant::from_nanos(hand.observed_at_ns);
         let known = self.detections.iter().find(|known| known.is_of(hand));
-        let best = known.and_then(|known| certain(&known.prior(at, &self.settings), &self.settings));
+        let best = known.and_then(|known| certain(&known.presumption(at, &self.settings), &self.settings));
         best.filter(|best| *best > 0).and_then(|best| u16::try_from(best).ok()).unwrap_or(NOBODY)
     }
 }

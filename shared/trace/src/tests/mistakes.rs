@@ -57,7 +57,7 @@ fn a_mistake_is_reported_with_its_place_and_correction() {
         (
             r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "kind": "person", "detection": 0}]}"#,
             "observations[0].detection: ",
-            "nonzero",
+            "from 1 to 65535",
         ),
         (
             r#"{"at_ns": 1, "observations": [{"position_m": [0, 0, 0], "partner": 65535}]}"#,
