@@ -163,7 +163,7 @@ mod tests {
         (rows[0][1], rows[1][1]) = (3.0, 1.0);
         Assignment::new(2).solve(&mut rows, 0);
         assert!((rows[0][1] + rows[1][1] - 1.0).abs() < 1e-9, "{rows:?}");
-        // Nobody has a weight: every detection is of a person without a number.
+        // Without any weight every detection is of a person without a number.
         let mut rows = [[0.0; HYPOTHESES]; 2];
         Assignment::new(2).solve(&mut rows, 0xff);
         assert!(rows.iter().all(|row| (row[0] - 1.0).abs() < 1e-9));

@@ -67,7 +67,7 @@ impl Detection {
         self.last.map(|probability| kept * probability + (1.0 - kept) * UNIFORM)
     }
 
-    /// The partner as whom it was recognized, and the confidence at an instant: one half says nothing.
+    /// The recognized partner, and the confidence at an instant: one half says nothing.
     pub(crate) fn recognition(&self, at: Instant, settings: &PersonSettings) -> Option<(usize, f64)> {
         let (partner, confidence) = self.recognition?;
         Some((partner, 0.5 + self.kept(at, settings) * (confidence - 0.5)))

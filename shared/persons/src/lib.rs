@@ -1,12 +1,12 @@
 //! Which partner a detection of a person belongs to.
 //!
 //! A detector of faces, bodies or voices numbers the persons that it tracks. These numbers are its own: two detectors
-//! number the same person differently, and a person who turns away and back gets a new number. A partner has one number
+//! number the same person differently, and a person gets a new number after turning away. A partner has one number
 //! in all sources and for the whole run. ROS4HRI (REP-155) makes the same distinction between `faces`, `bodies` and
 //! `voices` on one side and `persons` on the other, and relates them by probabilities.
 //!
 //! [`Persons`] names the partner of each detection of a frame, or leaves it unnamed. A hypothesis about a detection is
-//! that it belongs to partner p, or to a person who has no number yet. Its probability follows from:
+//! that it belongs to partner p, or to a person without a number. Its probability follows from:
 //!
 //! | evidence | model |
 //! |---|---|
@@ -15,9 +15,9 @@
 //! | recognition: an observation with both numbers | the most confident one of the detection: the probability that it belongs to that partner |
 //! | exclusion | two detections in a frame of one source never belong to one partner; summed over all joint assignments |
 //!
-//! A detection is named if one partner has at least the configured probability. A person who has no number yet gets the
-//! lowest free one once they were detected for a time. A number is never given to another person. Who is recognized after they
-//! got a number has the recognized one from then on.
+//! A detection is named if one partner has at least the configured probability. A person without a number gets the lowest free
+//! one after a time of detection. A number is never given to another person. A person that is recognized later has the
+//! recognized number from then on.
 //!
 //! ```
 //! use message::{NOBODY, Observation, ObservationKind};

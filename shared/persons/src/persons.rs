@@ -21,9 +21,9 @@ pub struct Persons {
     settings: PersonSettings,
     /// Where each partner is, if they were ever detected.
     tracks: [Option<Track>; MAX_PERSONS],
-    /// The numbers that were given here, because nobody knew the person.
+    /// The numbers that were given here, to persons without one.
     given: Partners,
-    /// The numbers that are not given, because somebody has them already.
+    /// The numbers that are not free: given, recognized, named by a source or reserved.
     used: Partners,
     detections: Vec<Detection>,
     assignment: Assignment,
@@ -86,7 +86,7 @@ impl Persons {
         }
     }
 
-    /// Never gives a number to a person without one, because somebody has it already.
+    /// Never gives this number to a person without one.
     pub fn reserve(&mut self, partner: u16) {
         self.used.add(usize::from(partner));
     }
@@ -97,7 +97,7 @@ impl Persons {
     ///
     /// - A person with both numbers is recognized: `partner` is evidence of the stated confidence.
     /// - A person with a partner alone is that partner: no detection of this frame is them too.
-    /// - A hand with a detection belongs to whom the person with this detection belongs.
+    /// - A hand with a detection belongs to the partner of this detection.
     /// - The robot's own head and hands, and partners above [`MAX_PERSONS`], stay as they are.
     pub fn identify(&mut self, observations: &mut [Observation], quality: f32) {
         self.found.clear();
@@ -138,7 +138,7 @@ impl Persons {
     }
 
     /// Removes what does not become a percept after [`Self::identify`]: detections without a partner, whose number is
-    /// returned, and detections of persons without an orientation, who have no known line of sight.
+    /// returned, and detections of persons without an orientation: their line of sight is unknown.
     pub fn retain_identified(observations: &mut Vec<Observation>) -> u64 {
         let mut unidentified = 0;
         observations.retain(|observation| {
@@ -152,7 +152,7 @@ impl Persons {
         unidentified
     }
 
-    /// Takes a person or a hand of a partner whom the source names itself; returns the set of a person's partner.
+    /// Takes a person or a hand that the source names itself; returns the set of a person's partner.
     fn take_named(&mut self, observation: &Observation) -> Partners {
         let mut named = Partners::default();
         let partner = usize::from(observation.partner);
@@ -216,8 +216,8 @@ impl Persons {
         index
     }
 
-    /// Takes a recognition. If a number was given to this person before anybody recognized them, they have the recognized
-    /// one from now on, in all sources.
+    /// Takes a recognition. If a number was given to this person before, the recognized one replaces it from now on, in all
+    /// sources.
     fn recognize(&mut self, detection: usize, partner: usize, confidence: f64, at: Instant) {
         self.used.add(partner);
         let settings = self.settings;
@@ -231,7 +231,7 @@ impl Persons {
             {
                 *slot = Some(track);
             }
-            // Nobody gets the number again: there are beliefs of it.
+            // The number is not given again: there are beliefs of it.
             self.given.remove(given);
             self.detections.iter_mut().for_each(|other| other.rename(given, partner));
         }
@@ -338,7 +338,7 @@ impl Persons {
         }
     }
 
-    /// The partner to whom a hand belongs, or [`NOBODY`].
+    /// The partner of a hand, or [`NOBODY`].
     fn owner(&self, hand: &Observation) -> u16 {
         let at = Instant::from_nanos(hand.observed_at_ns);
         let known = self.detections.iter().find(|known| known.is_of(hand));

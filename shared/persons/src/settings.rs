@@ -21,8 +21,8 @@ pub struct PersonSettings {
     pub spread_m: Deviation,
     /// Standard deviation of a person's speed along each axis, in metres per second.
     pub speed_m_s: Deviation,
-    /// Half-life of the probabilities of a detection. A partner who was not detected for this long is named again by
-    /// recognition alone.
+    /// Half-life of the probabilities of a detection. A partner without a detection for this long is named again
+    /// by recognition alone.
     pub forget_s: Seconds,
     /// How long a person without a number is detected before they get one.
     pub confirm_s: Seconds,

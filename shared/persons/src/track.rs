@@ -8,8 +8,8 @@ use crate::PersonSettings;
 /// The variance of a person without a number about any place, along each axis: they may be anywhere in a room of about
 /// 130 cubic metres.
 const ROOM_M2: f64 = 4.0;
-/// The largest variance of a partner who is not detected. It is less than that of the room: a person who is detected where
-/// a partner was lost is rather this partner than another person.
+/// The largest variance of a partner without a detection. It is less than that of the room: a person at the place where a
+/// partner was lost is rather this partner than another person.
 const LOST_M2: f64 = 0.75;
 /// The vertical spread of stated positions, in horizontal ones: from the head to the trunk.
 const VERTICAL_SPREAD: f64 = 3.0;
@@ -54,7 +54,7 @@ impl Place {
 }
 
 impl Track {
-    /// A partner who is detected for the first time.
+    /// A partner at the first detection.
     pub(crate) fn new(place: &Place) -> Self {
         Self { position_m: place.position_m, variance_m2: smallest(place.variance_m2), at: place.at }
     }

@@ -100,7 +100,7 @@ fn detections_of_two_sources_become_one_partner() {
     for step in 1..=8 {
         let millis = 100 * step;
         let face = Observation { orientation_xyzw: [0.0, 0.0, 0.0, 1.0], ..person(40, millis) };
-        // A detector of bodies knows no line of sight, but to whom a hand belongs.
+        // A detector of bodies gives no line of sight. It gives hands.
         let hand = Observation { kind: ObservationKind::Hand.raw(), ..person(7, millis) };
         let bodies = [person(7, millis), hand];
         cycle(

@@ -29,7 +29,7 @@ fn names(persons: &mut Persons, frames: impl IntoIterator<Item = Observation>) -
     frames.into_iter().flat_map(|seen| partners(persons, vec![seen])).collect()
 }
 
-/// Persons of whom partner n stood at n metres for half a second, seen by the detector of faces, which calls them 40 + n.
+/// Partner n stood at n metres for half a second. The detector of faces calls them 40 + n.
 fn met(count: u16) -> Persons {
     let mut persons = Persons::new(&PersonSettings::default());
     for millis in (0..=500).step_by(100) {
@@ -109,7 +109,7 @@ fn an_imprecise_detector_gets_no_numbers_of_its_own() {
 #[test]
 fn a_person_with_a_name_keeps_it_among_others() {
     let mut persons = met(1);
-    // Somebody else stands beside them, while they are detected too.
+    // Another person stands beside them, while they are detected too.
     for millis in (600..=1200).step_by(100) {
         let both = partners(&mut persons, vec![seen(FACES, 60, 1.4, millis), seen(FACES, 41, 1.0, millis)]);
         assert_eq!(both, [if millis < 1100 { NOBODY } else { 2 }, 1]);
@@ -200,7 +200,7 @@ fn a_person_whom_the_source_names_excludes_detections() {
     let mut persons = met(1);
     let named = Observation { partner: 1, ..seen(BODIES, 0, 1.0, 600) };
     assert_eq!(partners(&mut persons, vec![seen(BODIES, 8, 1.0, 600), named]), [NOBODY, 1]);
-    // So it is another person, who gets a number.
+    // So it is another person, with another number.
     let mut last = Vec::new();
     for millis in (700..1300).step_by(100) {
         let mut named = seen(BODIES, 0, 1.0, millis);
