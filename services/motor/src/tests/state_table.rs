@@ -6,7 +6,6 @@
 //!
 //! Two states are equal if their state machines, the orders to the body and the servo agree, as far as that matters.
 //! Numbers, times and most causes are ignored. The first state reached represents its class.
-#![expect(clippy::wildcard_enum_match_arm, reason = "an event concerns few of the things that can go wrong")]
 
 use std::collections::hash_map::Entry;
 use std::collections::{BTreeMap, BTreeSet, HashMap, VecDeque};
