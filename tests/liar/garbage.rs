@@ -55,7 +55,7 @@ impl Garbage {
     }
 }
 
-/// An observation with an error, a stale occluder, or a stranger, who may appear only once in a frame.
+/// An observation with an error, a detection of an unknown person, a stale occluder, or a stranger: one in a frame.
 fn unsound(lie: u64, began: Instant, now: Instant) -> Observation {
     let now_ns = now.as_nanos();
     let sound = Observation {
@@ -64,7 +64,7 @@ fn unsound(lie: u64, began: Instant, now: Instant) -> Observation {
         half_extents_m: [0.03; 3],
         ..Observation::object(0, now_ns)
     };
-    match lie % 19 {
+    match lie % 20 {
         0 => Observation { kind: 0, ..sound },
         1 => Observation { modality: u16::MAX, ..sound },
         2 => Observation { position_m: [f32::NAN, 0.0, 0.0], ..sound },
@@ -83,6 +83,12 @@ fn unsound(lie: u64, began: Instant, now: Instant) -> Observation {
         15 => Observation { observed_at_ns: 1, ..sound },
         16 => Observation { states: [2.0; STATES], ..sound },
         17 => Observation { kind: ObservationKind::Person.raw(), partner: STRANGER, ..sound },
+        // Each number comes once, so that none of these persons gets a number.
+        18 => Observation {
+            kind: ObservationKind::Person.raw(),
+            detection: u16::try_from(1 + lie % 60_000).expect("fits"),
+            ..sound
+        },
         _ => Observation { observed_at_ns: began.as_nanos(), kind: ObservationKind::Occluder.raw(), ..sound },
     }
 }
