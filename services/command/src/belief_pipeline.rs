@@ -133,7 +133,7 @@ impl BeliefPipeline {
         Instant::from_nanos(self.minds.first().map_or(0, |robot| robot.head.header.valid_at_ns))
     }
 
-    /// The partners who were observed at this instant, and the robot if its head was.
+    /// The observed partners of this instant; 0 is the robot, by its head.
     pub(crate) fn partners(&self) -> impl Iterator<Item = u16> {
         let observations = self.entries.iter().map(|entry| &entry.observation);
         let persons = observations.filter(|seen| seen.kind() == Some(ObservationKind::Person));

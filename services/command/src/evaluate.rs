@@ -332,7 +332,10 @@ impl Evaluate {
             }
             summary.refused = reader.refused().iter().map(believe::refusal).collect();
         }
-        summary.refused.extend(minds.unidentified());
+        let unidentified = minds.unidentified();
+        let unused = unidentified.as_ref().map_or(0, |unidentified| unidentified.observations);
+        summary.observations = summary.observations.saturating_sub(unused);
+        summary.refused.extend(unidentified);
         match truth.span_ns() {
             Some(truth_ns) if summary.frames == summary.without_instant => {
                 Err(EvaluationError::NoCommonInstant { truth_ns, trace_ns: span_ns })

@@ -51,4 +51,4 @@ mod track;
 
 pub use assignment::MAX_PERSONS;
 pub use persons::{MAX_DETECTIONS, Persons};
-pub use settings::{Deviation, PersonSettings, Probability};
+pub use settings::{Deviation, PersonSettings, Probability, RecognizedPartners};

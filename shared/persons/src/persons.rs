@@ -1,4 +1,5 @@
 use clock::Instant;
+use invariant::require;
 use message::{MAX_SOURCES, NOBODY, Observation, ObservationKind};
 
 use crate::PersonSettings;
@@ -23,7 +24,7 @@ pub struct Persons {
     tracks: [Option<Track>; MAX_PERSONS],
     /// The numbers that were given here, to persons without one.
     given: Partners,
-    /// The numbers that are not free: given, recognized, named by a source or reserved.
+    /// The numbers that are not free: given, recognized or named by a source.
     used: Partners,
     detections: Vec<Detection>,
     assignment: Assignment,
@@ -73,7 +74,7 @@ impl Persons {
     #[must_use]
     pub fn new(settings: &PersonSettings) -> Self {
         let mut used = Partners::default();
-        (1..=usize::from(settings.recognized)).for_each(|partner| used.add(partner));
+        (1..=usize::from(settings.recognized.get())).for_each(|partner| used.add(partner));
         Self {
             settings: *settings,
             tracks: [None; MAX_PERSONS],
@@ -84,11 +85,6 @@ impl Persons {
             found: Vec::with_capacity(MAX_DETECTIONS),
             rows: Vec::with_capacity(MAX_DETECTIONS),
         }
-    }
-
-    /// Never gives this number to a person without one.
-    pub fn reserve(&mut self, partner: u16) {
-        self.used.add(usize::from(partner));
     }
 
     /// Sets `partner` in each observation of a frame that has a `detection`. It is [`NOBODY`] if no partner is probable
@@ -181,7 +177,7 @@ impl Persons {
             if self.found.len() >= MAX_DETECTIONS {
                 return;
             }
-            let detection = known.unwrap_or_else(|| self.remember(observation));
+            let Some(detection) = known.or_else(|| self.remember(observation)) else { return };
             self.found.push(Found {
                 observation: index,
                 detection,
@@ -199,21 +195,26 @@ impl Persons {
         }
     }
 
-    /// Remembers a new detection; returns its index.
-    fn remember(&mut self, observation: &Observation) -> usize {
+    /// Remembers a new detection; returns its index. Of a full source the oldest one is replaced; a trace may have more
+    /// sources than a robot: then the oldest one of all.
+    fn remember(&mut self, observation: &Observation) -> Option<usize> {
         let new = Detection::new(observation);
-        let own = || self.detections.iter().enumerate().filter(|(_, known)| known.source == new.source);
-        if own().count() < MAX_REMEMBERED && self.detections.len() < self.detections.capacity() {
+        let is_own = |known: &Detection| known.source == new.source;
+        let is_full = self.detections.iter().filter(|known| is_own(known)).count() >= MAX_REMEMBERED;
+        if !is_full && self.detections.len() < self.detections.capacity() {
             self.detections.push(new);
-            return self.detections.len() - 1;
+            return Some(self.detections.len() - 1);
         }
         let is_in_frame = |index: usize| self.found.iter().any(|found| found.detection == index);
-        let oldest = own().filter(|(index, _)| !is_in_frame(*index)).min_by_key(|(_, known)| known.at);
-        let index = oldest.map_or(0, |(index, _)| index);
-        if let Some(slot) = self.detections.get_mut(index) {
-            *slot = new;
-        }
-        index
+        let replaceable = self
+            .detections
+            .iter_mut()
+            .enumerate()
+            .filter(|(index, known)| !is_in_frame(*index) && (!is_full || is_own(known)));
+        let oldest = replaceable.min_by_key(|(_, known)| known.at);
+        let (index, slot) = require!(oldest, "more detections are remembered than a frame has")?;
+        *slot = new;
+        Some(index)
     }
 
     /// Takes a recognition. If a number was given to this person before, the recognized one replaces it from now on, in all

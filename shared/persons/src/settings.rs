@@ -1,6 +1,8 @@
 use ::settings::number::Seconds;
 use serde::Deserialize;
 
+use crate::MAX_PERSONS;
+
 settings::ranged!(
     /// A probability above which a hypothesis is taken for the truth.
     Probability(f64): "above 0.5 and below 1", |value| value > 0.5 && value < 1.0
@@ -8,6 +10,11 @@ settings::ranged!(
 settings::ranged!(
     /// A standard deviation in metres, or in metres per second.
     Deviation(f64): "from 0.001 to 100", |value| (0.001..=100.0).contains(&value)
+);
+settings::ranged!(
+    /// The highest number that only recognition gives.
+    #[derive(Eq)]
+    RecognizedPartners(u16): "from 0 to 8", |value| usize::from(value) <= MAX_PERSONS
 );
 
 /// How detections become partners: `[sensor.persons]` of `leo.toml`. Every key has a default.
@@ -27,7 +34,7 @@ pub struct PersonSettings {
     /// How long a person without a number is detected before they get one.
     pub confirm_s: Seconds,
     /// Partners from 1 up to this number are named by recognition alone.
-    pub recognized: u16,
+    pub recognized: RecognizedPartners,
 }
 
 impl Default for PersonSettings {
@@ -39,7 +46,7 @@ impl Default for PersonSettings {
             speed_m_s: 1.0.try_into().expect("in range"),
             forget_s: 10.0.try_into().expect("in range"),
             confirm_s: 0.5.try_into().expect("in range"),
-            recognized: 0,
+            recognized: 0.try_into().expect("in range"),
         }
     }
 }

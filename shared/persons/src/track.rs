@@ -6,7 +6,7 @@ use message::Observation;
 use crate::PersonSettings;
 
 /// The variance of a person without a number about any place, along each axis: they may be anywhere in a room of about
-/// 130 cubic metres.
+/// 126 cubic metres: (2π · 4 m²)^(3/2).
 const ROOM_M2: f64 = 4.0;
 /// The largest variance of a partner without a detection. It is less than that of the room: a person at the place where a
 /// partner was lost is rather this partner than another person.

@@ -182,9 +182,10 @@ fn a_person_who_is_recognized_later_has_one_number() {
 
 #[test]
 fn a_number_is_never_given_to_another_person() {
-    let settings = PersonSettings { recognized: 2, ..PersonSettings::default() };
+    let settings = PersonSettings { recognized: 2.try_into().unwrap(), ..PersonSettings::default() };
     let mut persons = Persons::new(&settings);
-    persons.reserve(4);
+    // A source names partner 4 once.
+    partners(&mut persons, vec![Observation { partner: 4, ..seen(BODIES, 0, 1.0, 0) }]);
     let mut named = Vec::new();
     for person in 1..=10 {
         let frames =
@@ -267,8 +268,20 @@ fn a_frame_allocates_nothing_however_many_it_has() {
 }
 
 #[test]
-fn a_detection_has_a_number_soon_after_recognition_is_withdrawn() {
-    // Unlikely positions do not make numbers of infinite or no density.
+fn detections_are_distinguished_however_many_sources_there_were() {
+    let mut persons = Persons::new(&PersonSettings::default());
+    for source in 0..600 {
+        partners(&mut persons, vec![seen(source, 1, 1.0, 0)]);
+    }
+    let mut last = Vec::new();
+    for millis in (1000..=1600).step_by(100) {
+        last = partners(&mut persons, vec![seen(700, 1, 1.0, millis), seen(700, 2, 3.0, millis)]);
+    }
+    assert_eq!(last, [1, 2]);
+}
+
+#[test]
+fn a_person_at_the_edge_of_the_reach_gets_a_number() {
     let mut persons = Persons::new(&PersonSettings::default());
     let far = |millis| Observation { position_m: [1000.0, -1000.0, 1000.0], ..seen(FACES, 9, 0.0, millis) };
     let named = names(&mut persons, (0..10).map(|step| far(100 * step)));
