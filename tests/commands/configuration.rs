@@ -113,6 +113,50 @@ fn a_file_in_another_encoding_is_refused_with_its_encoding_and_line() {
 }
 
 #[test]
+fn a_trace_in_another_encoding_is_refused_with_its_encoding() {
+    let files = tempfile::tempdir().expect("a folder");
+    let trace = files.path().join("trace.jsonl");
+    let text = "{\"leo_trace\": 1, \"title\": \"Ren\u{e9}\"}\n";
+    let latin: Vec<u8> = text.chars().map(|letter| u8::try_from(u32::from(letter)).unwrap_or(b'?')).collect();
+    let utf16: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let later = [b"{\"leo_trace\": 1}\n", &latin[..]].concat();
+    for (bytes, word) in [(latin, "Latin-1"), (utf16, "UTF-16"), (later, "line 2, it is not UTF-8")] {
+        fs::write(&trace, bytes).expect("writes");
+        let said = trace.display().to_string();
+        assert_refused(&run_leo(&["believe", &said]), 2, &[&said, word, "iconv"]);
+    }
+}
+
+#[test]
+fn a_mistake_found_after_parsing_is_named_with_its_line() {
+    let files = tempfile::tempdir().expect("a folder");
+    let text = read("config/leo.toml");
+    let wrong = text.replace("\nfaults = []", "\nfaults = [\n  \"drop p=0.01\",\n  \"dorp p=0.01\",\n]");
+    assert_ne!(wrong, text);
+    let line = wrong.lines().position(|line| line.contains("dorp")).expect("is there") + 1;
+    let config = write(&files, "leo.toml", &wrong);
+    assert_refused(
+        &run_leo(&["check", "--config", &config]),
+        2,
+        &[&format!("{config}:{line}:3: "), "`dorp`"],
+    );
+    let set = ["check", "--set", "mock_bus.faults=[\"dorp p=0.01\"]"];
+    assert_refused(&run_leo(&set), 2, &["`dorp p=0.01` in `mock_bus.faults`"]);
+    let folder = files.path().display().to_string();
+    assert_refused(&run_leo(&["check", "--config", &folder]), 2, &[&folder, "it is a directory"]);
+    let within = format!("{config}/leo.toml");
+    assert_refused(&run_leo(&["check", "--config", &within]), 2, &[&within, "not a directory"]);
+}
+
+#[test]
+fn a_page_at_an_absent_address_is_refused_before_a_process_starts() {
+    // Of a network that is set aside for documentation (RFC 5737).
+    let set = ["--set", "console.address=192.0.2.1:7780", "--set", "console.port_required=true"];
+    let refused = run_leo(&[&["run", "--for", "1"], &set[..]].concat());
+    assert_refused(&refused, 1, &["192.0.2.1", "ip address", "console.address"]);
+}
+
+#[test]
 fn a_core_that_the_machine_lacks_is_refused() {
     let set = ["--set", "motor.realtime.cores=[999]"];
     assert_refused(&run_leo(&[&["run"], &set[..]].concat()), 2, &["core 999", "[motor.realtime]", "0"]);

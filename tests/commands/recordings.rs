@@ -270,6 +270,31 @@ fn recording_does_not_disturb_a_running_robot() {
     assert!(!ended.err.contains("died") && !ended.err.contains("killed"), "{ended:?}");
 }
 
+#[test]
+fn a_pipe_that_is_not_read_keeps_no_recording_from_ending() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Robot(robot, domain) = robot();
+    let (pipe, domain) = (file(&folder, "pipe"), domain.display().to_string());
+    assert!(Command::new("mkfifo").arg(&pipe).status().expect("starts").success());
+    let record = || leo(&["record", &pipe, "--domain", &domain]);
+    let (mut command, _files) = record();
+    let refused = command.output().expect("starts");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(1) && said.contains("no program reads"), "{refused:?}");
+    // A reader that has opened the pipe, and reads nothing until the command has ended.
+    let nonblocking = rustix::fs::OFlags::RDONLY | rustix::fs::OFlags::NONBLOCK;
+    let reader = rustix::fs::open(&pipe, nonblocking, rustix::fs::Mode::empty()).expect("opens");
+    let (command, files) = record();
+    let recorder = Leo::start(command, files);
+    let is_full = || rustix::io::ioctl_fionread(&reader).is_ok_and(|bytes| bytes >= 32_768);
+    assert!(wait_until(is_full), "{}", recorder.said("err"));
+    recorder.interrupt();
+    let ended = recorder.end();
+    assert!(ended.status == Some(1) && ended.err.contains("its reader has read nothing"), "{ended:?}");
+    robot.interrupt();
+    assert_eq!(robot.end().status, Some(0));
+}
+
 /// The recorder within a longer-lived process: started, queried and stopped, twice.
 #[test]
 fn a_recording_process_continues_its_work() {

@@ -42,7 +42,7 @@ const WAYS: [(&str, &str, &str); 9] = [
     ),
     ("behind a link", r#"mkdir -m 700 "$1/else" && ln -s else "$1/leo""#, "is a symbolic link"),
     ("open to everybody", r#"mkdir -m 700 "$1/leo" && chmod 777 "$1/leo""#, "may be written by other users"),
-    ("in the place of a file", r#": >"$1/leo""#, "is no folder"),
+    ("in the place of a file", r#": >"$1/leo""#, "is a file, and not a directory"),
 ];
 
 fn outcome(command: &mut Command) -> CommandOutput {

@@ -1,6 +1,7 @@
 //! `leo tasks`: moves learned tasks from one store to another.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt as _;
 
 use serde_json::{Value, json};
 
@@ -26,6 +27,12 @@ fn learned_tasks_are_listed_shown_exported_forgotten_and_imported() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state").display().to_string();
     let ask = |arguments: &[&str]| run_leo(&[&["tasks"], arguments, &["--state", &state]].concat());
+    // Only an import may begin a directory of tasks; elsewhere the name is probably misspelt.
+    let misspelt = ask(&["list"]);
+    assert_refused(&misspelt, 2, &["--state", &state, "no such directory"]);
+    assert!(!files.path().join("state").exists());
+    fs::create_dir(&state).expect("makes a folder");
+    fs::set_permissions(&state, fs::Permissions::from_mode(0o700)).expect("is ours");
     let nothing = ask(&["list"]).out;
     let unknown = ask(&["show", "task 1"]);
     assert_refused(&unknown, 2, &["task 1"]);

@@ -14,6 +14,7 @@ use supervisor_process::{CheckError, CheckOptions, MachineChange};
 use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use crate::preflight::{check_can_start, check_link};
+use crate::progress::Progress;
 use crate::{configuration, seconds};
 
 #[derive(Args, Clone, Debug)]
@@ -72,10 +73,19 @@ impl Check {
             deed,
             root: self.root,
         };
-        let holds = supervisor_process::check(&inquiry, &mut out).map_err(|error| match error {
+        // The findings before the measurement are printed above the bar.
+        let progress = Progress::of_steps(millis(self.seconds));
+        let report = |passed| progress.set(millis(passed));
+        let checked = supervisor_process::check(&inquiry, &mut out, report);
+        drop(progress);
+        let holds = checked.map_err(|error| match error {
             CheckError::Config(_) => CommandError::usage(error),
             CheckError::Apply(_) | CheckError::Write(_) => CommandError::runtime(error),
         })?;
         Ok(ExitCode::from(u8::from(!holds)))
     }
+}
+
+fn millis(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
 }

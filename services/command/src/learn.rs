@@ -21,6 +21,7 @@ use tasks::{
 
 use crate::configuration::SetValues;
 use crate::failure::CommandError;
+use crate::progress::Progress;
 use examples::{Examples, ExamplesError};
 use results::{Answer, Conclusion, ExampleResult};
 
@@ -95,6 +96,8 @@ impl Learn {
         if self.json {
             out.write_all(json::opening(examples, settings)?.as_bytes())?;
         }
+        let progress =
+            Progress::of_steps_beside_output(u64::try_from(examples.shown.len()).unwrap_or(u64::MAX));
         for (index, shown) in examples.shown.iter().enumerate() {
             let mut learned = BTreeMap::new();
             let mut answers = Vec::new();
@@ -112,7 +115,9 @@ impl Learn {
             let text =
                 if self.json { json::example(&result)? } else { text::example(examples, names, &result) };
             out.write_all(text.as_bytes())?;
+            progress.step();
         }
+        drop(progress);
         let conclusion = conclude(examples, &newest, &mut by_perspective, settings);
         let text = if self.json {
             json::closing(examples, &conclusion)?

@@ -1,7 +1,7 @@
 //! `leo mock-bus`: mock servo buses as a stand-alone program, and as a process of the robot.
 
 use std::io::stdout;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -64,7 +64,7 @@ impl MockBus {
             return Ok(ExitCode::SUCCESS);
         }
         let robot = self.set.robot(self.config.as_deref())?;
-        let mut faults = configured_faults(&robot)?;
+        let mut faults = configured_faults(&robot, self.config.as_deref())?;
         faults.seed = self.seed.unwrap_or(faults.seed);
         if self.fast_read_continues_after_gap {
             faults.followers = FollowerBehaviour::Continue;
@@ -94,8 +94,15 @@ impl MockBus {
     }
 }
 
-/// The faults of `leo.toml`.
-pub(crate) fn configured_faults(robot: &Robot) -> Result<Faults, CommandError> {
-    Faults::configured(&robot.leo.mock_bus, &robot.motor)
-        .map_err(|error| CommandError::usage(format!("leo.toml: `faults` of [mock_bus]: {error}")))
+/// The faults of `leo.toml`, which is at `config`.
+pub(crate) fn configured_faults(robot: &Robot, config: Option<&Path>) -> Result<Faults, CommandError> {
+    let settings = &robot.leo.mock_bus;
+    Faults::configured(settings, &robot.motor).map_err(|(index, error)| {
+        let (words, reason) = (settings.faults.get(index).map_or("", String::as_str), error.to_string());
+        let path = ["mock_bus", "faults", &index.to_string()];
+        Robot::value_error(config, &path, words, &reason).map_or_else(
+            || CommandError::usage(format!("`{words}` in `mock_bus.faults`: {reason}")),
+            CommandError::usage,
+        )
+    })
 }

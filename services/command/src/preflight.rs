@@ -19,7 +19,7 @@ use crate::mock_bus::configured_faults;
 pub(crate) fn check_can_start(robot: &Robot, config: Option<&Path>) -> Result<(), CommandError> {
     body::check(robot, config).map_err(CommandError::usage)?;
     sensor_process::check_traces(&robot.leo.sensor.source).map_err(CommandError::usage)?;
-    configured_faults(robot)?;
+    configured_faults(robot, config)?;
     let belief = &robot.leo.belief;
     // Only whether it can be constructed matters, so a capacity of one suffices.
     belief_process::Believer::new(

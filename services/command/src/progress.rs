@@ -10,6 +10,8 @@ use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 const MIN_BYTES: u64 = 1 << 20;
 /// What is left is estimated from what was done.
 const STYLE: &str = "{wide_bar} {percent:>3} %{left}  {msg}";
+/// Without an end, there is nothing to estimate.
+const ENDLESS_STYLE: &str = "{spinner} {msg}";
 
 /// The progress of a command on standard error. Dropping it clears the bar.
 pub(crate) struct Progress(ProgressBar);
@@ -34,6 +36,23 @@ impl Progress {
                     let _ = write!(out, " {:>5} left", HumanDuration(state.eta()));
                 }
             }));
+        }
+        Self(bar)
+    }
+
+    /// Of a number of steps, for a command that prints as it works: the bar would be among its lines on a terminal.
+    pub(crate) fn of_steps_beside_output(total: u64) -> Self {
+        if stdout().is_terminal() { Self::hidden() } else { Self::of_steps(total) }
+    }
+
+    /// Of work without a known end: what was done so far.
+    pub(crate) fn without_end() -> Self {
+        if !stderr().is_terminal() {
+            return Self::hidden();
+        }
+        let bar = ProgressBar::no_length();
+        if let Ok(style) = ProgressStyle::with_template(ENDLESS_STYLE) {
+            bar.set_style(style);
         }
         Self(bar)
     }

@@ -9,7 +9,7 @@ use std::time::Duration;
 use clap::Args;
 use config::lesson::Lesson;
 use process::black_box;
-use quantity::number::counted_with;
+use quantity::number::{counted, counted_with};
 use recording::{Recorder, Subject, Time, robot_pose};
 use transport::Domain;
 use transport::janitor::is_claimed;
@@ -94,13 +94,19 @@ impl Record {
         let recorder = recorder.map_err(CommandError::runtime)?;
         let until = self.record_for.map(|time| clock::now() + time);
         let began = clock::now();
+        let mut shown_s = None;
         let progress =
-            self.record_for.map_or_else(Progress::hidden, |time| Progress::of_steps(time.as_secs()));
+            self.record_for.map_or_else(Progress::without_end, |time| Progress::of_steps(time.as_secs()));
         while !stop.load(Ordering::Relaxed)
             && !recorder.has_ended()
             && until.is_none_or(|until| clock::now() < until)
         {
-            progress.set(clock::now().since(began).as_secs());
+            let passed = clock::now().since(began).as_secs();
+            if shown_s.replace(passed) != Some(passed) {
+                progress.set(passed);
+                let frames = counted(recorder.counts().total().written, "frame");
+                progress.say(format!("{passed} s recorded, {frames}; Ctrl-C ends it"));
+            }
             clock::sleep_until(clock::now() + POLL_INTERVAL);
         }
         drop(progress);

@@ -112,7 +112,7 @@ impl What {
 
 impl Tasks {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
-        let state = self.state.clone().map_or_else(domain::state_directory, Ok)?;
+        let state = self.state_directory()?;
         if self.what.writes() {
             process::state::prepare(&state).map_err(CommandError::usage)?;
         }
@@ -153,6 +153,18 @@ impl Tasks {
             }
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// The state directory. One that is named and does not exist is probably misspelt; only an import may begin one.
+    fn state_directory(&self) -> Result<PathBuf, CommandError> {
+        let Some(state) = &self.state else { return domain::state_directory() };
+        if state.exists() || matches!(self.what, What::Import { .. }) {
+            return Ok(state.clone());
+        }
+        Err(CommandError::usage(format!(
+            "--state {}: there is no such directory; name the one that `leo run --state` has",
+            state.display()
+        )))
     }
 
     fn report(&self, task: &Task) -> Result<LessonReport, CommandError> {

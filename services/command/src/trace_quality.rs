@@ -75,6 +75,9 @@ pub(crate) fn judge(
         tracing::warn!("{name}: {advice}");
     }
     let all = refused.iter().map(|refusal| refusal.observations).sum::<u64>();
+    if instants.count == 0 && all == 0 {
+        tracing::warn!("{name}: it has no frames; is it the right file, and was all of it written?");
+    }
     let Some(Refusal { reason, first, .. }) = refused.first().filter(|_| all > 0) else { return Ok(()) };
     if used == 0 {
         return Err(CommandError::runtime(format!(

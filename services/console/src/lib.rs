@@ -13,6 +13,6 @@ pub use io::run::run;
 pub use io::top;
 #[cfg(any(test, feature = "fed"))]
 pub use io::web::fed;
-pub use io::web::{PortInUseError, check_port};
+pub use io::web::{PageAddressError, check_port};
 pub use narrator::{Line, Narrator, Transcript};
 pub use state_store::StateStore;

@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn a_malformed_message_is_answered_with_its_request_number() {
         for (message, id, said) in [
-            ("", None, "EOF"),
+            ("", None, "ends where a value should be"),
             (r#"{"id": 3, "do": "fly"}"#, Some(3), "unknown value `fly`"),
             (r#"{"id": 4, "do": "take"}"#, Some(4), "missing field `thing`"),
             (r#"{"id": 5, "do": "clear", "all": true}"#, Some(5), "unknown field `all`"),

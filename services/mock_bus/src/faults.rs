@@ -18,9 +18,14 @@ impl Faults {
     ///
     /// # Errors
     ///
-    /// A fault is invalid, or names a bus that is not a mock bus of this robot.
-    pub fn configured(settings: &MockBus, robot: &Motor) -> Result<Self, FaultSpecError> {
-        let injections = settings.faults.iter().map(|words| parse(words, robot)).collect::<Result<_, _>>()?;
+    /// A fault is invalid, or names a bus that is not a mock bus of this robot. The number is that of the fault.
+    pub fn configured(settings: &MockBus, robot: &Motor) -> Result<Self, (usize, FaultSpecError)> {
+        let parsed = settings
+            .faults
+            .iter()
+            .enumerate()
+            .map(|(index, words)| parse(words, robot).map_err(|error| (index, error)));
+        let injections = parsed.collect::<Result<_, _>>()?;
         let followers = if settings.fast_read_continues_after_gap {
             FollowerBehaviour::Continue
         } else {

@@ -13,7 +13,7 @@ mod text;
 pub use error::BudgetError;
 pub use lines::Lines;
 pub use spending::Budget;
-pub use text::{other_encoding, read_text, text};
+pub use text::{encoding_fault, other_encoding, read_text, text};
 
 /// Maximum size of a configuration file in bytes, including lessons, bodies and tables. The largest one shipped with
 /// the program has a fortieth of it.

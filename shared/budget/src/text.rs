@@ -45,23 +45,37 @@ pub fn other_encoding(bytes: &[u8]) -> Option<&'static str> {
     }
 }
 
-/// The error of a text that is not UTF-8 from an offset on: its encoding, its line, and what to do.
+/// What is wrong with the encoding of a line or of a whole text, and what to do; `None` for UTF-8.
+#[must_use]
+pub fn encoding_fault(bytes: &[u8]) -> Option<String> {
+    let valid = std::str::from_utf8(bytes);
+    match (other_encoding(bytes), valid) {
+        (Some(encoding), _) => Some(format!(
+            "it is encoded as {encoding}, and has to be UTF-8: save it as UTF-8, or convert it with `iconv -f {encoding} \
+             -t UTF-8`"
+        )),
+        (None, Err(error)) => Some(format!("it {}", no_utf8_from(bytes, error.valid_up_to()))),
+        (None, Ok(_)) => None,
+    }
+}
+
+/// That a text is not UTF-8 from an offset on.
+fn no_utf8_from(bytes: &[u8], offset: usize) -> String {
+    let byte = bytes.get(offset).copied().unwrap_or_default();
+    format!(
+        "is not UTF-8: it has the byte 0x{byte:02x}, as a letter with an accent in Latin-1 (ISO 8859-1) has; save it as \
+         UTF-8, or convert it with `iconv -f ISO-8859-1 -t UTF-8`"
+    )
+}
+
+/// The error of a whole text that is not UTF-8 from an offset on: its encoding, its line, and what to do.
 fn not_utf8(bytes: &[u8], offset: usize) -> io::Error {
-    let reason = match other_encoding(bytes) {
-        Some(encoding) => {
-            format!(
-                "it is encoded as {encoding}, and has to be UTF-8: save it as UTF-8, or convert it with `iconv -f {encoding} -t UTF-8`"
-            )
-        }
-        None => {
-            let before = bytes.get(..offset).unwrap_or(bytes);
-            let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
-            let byte = bytes.get(offset).copied().unwrap_or_default();
-            format!(
-                "line {line} is not UTF-8: it has the byte 0x{byte:02x}, as a letter with an accent in Latin-1 (ISO 8859-1) \
-                 has; save it as UTF-8, or convert it with `iconv -f ISO-8859-1 -t UTF-8`"
-            )
-        }
+    let reason = if other_encoding(bytes).is_some() {
+        encoding_fault(bytes).unwrap_or_default()
+    } else {
+        let before = bytes.get(..offset).unwrap_or(bytes);
+        let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
+        format!("line {line} {}", no_utf8_from(bytes, offset))
     };
     io::Error::new(io::ErrorKind::InvalidData, reason)
 }

@@ -387,7 +387,9 @@ impl TryFrom<String> for PageAddress {
         if value == "none" {
             return Ok(Self(None));
         }
-        let address = value.parse().map_err(|_| {
+        // The name that every machine has; another one would have to be looked up.
+        let numbers = value.strip_prefix("localhost:").map(|port| format!("127.0.0.1:{port}"));
+        let address = numbers.as_ref().unwrap_or(&value).parse().map_err(|_| {
             format!("{value:?} is no address with a port, as in \"127.0.0.1:7780\"; \"none\" is for no page")
         })?;
         Ok(Self(Some(address)))

@@ -224,7 +224,10 @@ fn check(raw: RawMotor) -> Result<Motor, SpannedError> {
         if !BAUDS.contains(&baud) {
             return Err(SpannedError::at(
                 &bus.baud,
-                format!("no servo supports {baud} baud: use one of {BAUDS:?}"),
+                format!(
+                    "no servo supports {baud} baud: use one of {}",
+                    BAUDS.map(|baud| baud.to_string()).join(", ")
+                ),
             ));
         }
         motor.buses.push(Bus { name: bus.name.into_inner(), device: bus.device, baud });

@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use belief::percepts::Percepts;
 use message::MAX_PERSPECTIVES;
 use perspective::settings::Perspective;
-use settings::error_at;
+use settings::{closest, error_at, value_span};
 
 use crate::leo::{Leo, link_error, sources_error};
 use crate::migrated::{Migration, migrated};
@@ -62,13 +62,10 @@ impl Robot {
         let hinted = |error| with_migration_hint(error, files.leo().unwrap_or(&leo_file));
         let percepts = Percepts::parse(percepts.0, &percepts.1).map_err(hinted)?;
         check_perceivable(&leo, &percepts, leo_text, &leo_file)?;
-        Ok(Self {
-            leo,
-            percepts,
-            perspective: parse(perspective.0, &perspective.1).map_err(hinted)?,
-            motor: motor::parse(motor.0, &motor.1).map_err(hinted)?,
-            urdf: files.file("leo.urdf").0.to_owned(),
-        })
+        let perspective = parse(perspective.0, &perspective.1).map_err(hinted)?;
+        let motor = motor::parse(motor.0, &motor.1).map_err(hinted)?;
+        check_groups(&leo, &motor, leo_text, &leo_file)?;
+        Ok(Self { leo, percepts, perspective, motor, urdf: files.file("leo.urdf").0.to_owned() })
     }
 
     /// The path of a sibling file of `leo` (a `leo.toml`); `None` if the built-in file is used instead.
@@ -87,6 +84,22 @@ impl Robot {
             }
             Err(error) => error,
         }
+    }
+
+    /// An error about a value of `leo` (a `leo.toml`), for checks outside this crate. `path` holds the keys from the root
+    /// on. `None` if the file has another value there: it was set on the command line.
+    #[must_use]
+    pub fn value_error(
+        leo: Option<&Path>,
+        path: &[&str],
+        value: &str,
+        reason: &str,
+    ) -> Option<SettingsError> {
+        let files = Files::read(leo).ok()?;
+        let (text, file) = files.file("leo.toml");
+        let span = value_span(text, path)?;
+        let is_there = text.get(span.clone()).is_some_and(|there| there.contains(value));
+        is_there.then(|| error_at(text, &file, span, reason.to_owned()))
     }
 
     /// Migrates `leo` (a `leo.toml`) and the other files beside it, if any, to this version. Writes no file.
@@ -204,6 +217,21 @@ fn check_perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) ->
     Ok(())
 }
 
+/// Rejects a reaction to alerts of a joint group that `motor.toml` does not have.
+fn check_groups(leo: &Leo, motor: &Motor, text: &str, file: &Path) -> Result<(), SettingsError> {
+    let Some(group) = leo.motor.alert.groups.keys().find(|group| !motor.groups.contains(group)) else {
+        return Ok(());
+    };
+    let span = value_span(text, &["motor", "alert", "groups", group]).unwrap_or(0..0);
+    let near = closest(group, motor.groups.iter().map(String::as_str));
+    let reason = format!(
+        "there is no joint group `{group}` in motor.toml; the groups are {}{}",
+        motor.groups.join(", "),
+        near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
+    );
+    Err(error_at(text, file, span, reason))
+}
+
 /// The byte offset at which a source of the list begins.
 fn source_offset(text: &str, index: usize) -> usize {
     text.match_indices("\n[[sensor.source]]").nth(index).map_or(0, |(at, _)| at + 1)
@@ -220,6 +248,18 @@ mod tests {
     fn the_built_in_robot_is_right_and_has_65_joints() {
         let robot = Robot::load(None).unwrap();
         assert_eq!(robot.motor.joints.len(), 65);
+    }
+
+    #[test]
+    fn an_unknown_joint_group_is_refused_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let leo = folder.path().join("leo.toml");
+        let text = builtin::LEO.replace("groups = {}", "groups = { face = \"limp\", nek = \"limp\" }");
+        fs::write(&leo, &text).unwrap();
+        let line = text[..text.find("nek =").unwrap()].lines().count();
+        let error = Robot::load(Some(&leo)).unwrap_err();
+        assert!(matches!(error, SettingsError::Invalid { line: found, .. } if found == line), "{error:?}");
+        assert!(reason_of(&error).ends_with("did you mean `neck`?"), "{error}");
     }
 
     #[test]

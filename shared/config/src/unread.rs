@@ -28,7 +28,9 @@ impl std::fmt::Display for UnreadFile {
 /// The files that are read beside a `leo.toml`.
 const SIBLINGS: [&str; 4] = ["percepts.toml", "perspective.toml", "motor.toml", "leo.urdf"];
 /// Endings of files of configuration.
-const ENDINGS: [&str; 2] = ["toml", "urdf"];
+const ENDINGS: [&str; 4] = ["toml", "urdf", "yaml", "yml"];
+/// What editors and people append to the name of a copy.
+const COPIES: [&str; 5] = [".bak", ".old", ".orig", ".save", "~"];
 /// A top-level key that is only in a file of a kind that the user names on the command line: a lesson, a campaign,
 /// faults of mock buses, another robot's `leo.toml`, and the report of a commissioning.
 const OTHER_KINDS: [&[&str]; 5] = [
@@ -55,7 +57,9 @@ pub(crate) fn unread(leo: &Path) -> Vec<UnreadFile> {
             if SIBLINGS.contains(&name.as_str()) || name == "leo.toml" {
                 return None;
             }
-            let meant = nearest(&name);
+            // A copy beside its original is nobody's mistake.
+            let copied = original(&name).filter(|sibling| !is_there(sibling));
+            let meant = nearest(&name).or(copied);
             let is_configuration =
                 ENDINGS.iter().any(|ending| name.to_lowercase().ends_with(&format!(".{ending}")));
             let is_unread = meant.is_some() || is_configuration && !is_of_other_kind(&entry.path());
@@ -81,6 +85,12 @@ fn nearest(name: &str) -> Option<&'static str> {
     });
     let urdf = || bare.ends_with(".urdf").then_some("leo.urdf");
     of_siblings.map(|(_, sibling)| sibling).or_else(urdf)
+}
+
+/// The sibling that a file is a copy of, by its name.
+fn original(name: &str) -> Option<&'static str> {
+    let bare = COPIES.iter().find_map(|ending| name.strip_suffix(ending))?;
+    SIBLINGS.into_iter().find(|sibling| *sibling == bare)
 }
 
 /// Whether a file is of a kind that is named on the command line, or is no TOML that could be recognised.
@@ -115,6 +125,7 @@ mod tests {
             ("persepctive.toml", "perspective.toml"),
             ("robot.urdf", "leo.urdf"),
             ("leo.urfd", "leo.urdf"),
+            ("motor.yaml", "motor.toml"),
         ] {
             assert_eq!(nearest(name), Some(meant), "{name}");
         }

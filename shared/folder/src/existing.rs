@@ -23,6 +23,9 @@ pub enum OutputError {
     /// A file of that name exists.
     #[error("it exists already, and is kept; name another file, or add --force to replace it")]
     Exists,
+    /// It is a named pipe that no process has opened to read.
+    #[error("it is a pipe that no program reads: start the program that reads it first")]
+    NoReader,
     /// An entry of that name exists in a folder of Leo.
     #[error("something of that name is there already")]
     Taken,

@@ -59,7 +59,7 @@ pub enum FolderError {
         path: PathBuf,
     },
     /// The path is not a folder.
-    #[error("{} is no folder: remove it, or choose another place", path.display())]
+    #[error("{} is a file, and not a directory: move it away, or name another directory", path.display())]
     NoFolder {
         /// Its path.
         path: PathBuf,

@@ -1,9 +1,12 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
 use std::os::fd::AsFd as _;
-use std::os::unix::fs::OpenOptionsExt as _;
+use std::os::unix::fs::{FileTypeExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::Errno;
 
 use crate::Folder;
 use crate::existing::{Existing, OWN_MODE, OutputError};
@@ -81,7 +84,7 @@ impl Output {
     ///
     /// # Errors
     ///
-    /// It is a symbolic link, exists and is to be kept, or cannot be created.
+    /// It is a symbolic link, exists and is to be kept, is a named pipe that no program reads, or cannot be created.
     pub fn create(&self) -> io::Result<File> {
         match &self.location {
             Location::In { folder, name } => match folder.create(name) {
@@ -123,6 +126,21 @@ impl Output {
         fs::symlink_metadata(&self.path).is_ok_and(|there| there.is_file())
     }
 
+    /// Opens a device or a named pipe. Without `O_NONBLOCK` a pipe would be waited for until a program reads it.
+    fn open_special(&self, there: &fs::Metadata) -> io::Result<File> {
+        let flags = if there.file_type().is_fifo() { NOFOLLOW | NONBLOCK } else { NOFOLLOW };
+        let opened = OpenOptions::new().write(true).custom_flags(flags).open(&self.path);
+        let file = opened.map_err(|error| match error.raw_os_error() {
+            Some(code) if code == Errno::NXIO.raw_os_error() && there.file_type().is_fifo() => {
+                OutputError::NoReader.into()
+            }
+            _ => error,
+        })?;
+        let flags = fcntl_getfl(&file)?;
+        fcntl_setfl(&file, flags.difference(OFlags::NONBLOCK))?;
+        Ok(file)
+    }
+
     fn create_named(&self, existing: Existing) -> io::Result<File> {
         if is_standard_output(&self.path) {
             // The same open file: what is written goes on where earlier output ended.
@@ -142,7 +160,7 @@ impl Output {
         if there.is_symlink() {
             Err(OutputError::Link.into())
         } else if !there.is_file() {
-            options(&mut OpenOptions::new())
+            self.open_special(&there)
         } else if existing == Existing::Keep {
             Err(OutputError::Exists.into())
         } else {
@@ -166,7 +184,9 @@ fn is_open_descriptor(path: &Path) -> bool {
 }
 
 /// Do not follow a link that was created after the check.
-const NOFOLLOW: i32 = rustix::fs::OFlags::NOFOLLOW.bits().cast_signed();
+const NOFOLLOW: i32 = OFlags::NOFOLLOW.bits().cast_signed();
+/// Do not wait for a reader of a named pipe.
+const NONBLOCK: i32 = OFlags::NONBLOCK.bits().cast_signed();
 
 #[cfg(test)]
 mod tests {
@@ -202,6 +222,19 @@ mod tests {
         Output::named(Path::new("/dev/null"), Existing::Keep).create().unwrap().write_all(b"x").unwrap();
         Output::named(Path::new("/dev/null"), Existing::Keep).remove();
         assert!(Path::new("/dev/null").exists());
+    }
+
+    #[test]
+    fn a_named_pipe_without_a_reader_is_refused_at_once() {
+        let folder = tempfile::tempdir().unwrap();
+        let pipe = folder.path().join("pipe");
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        let output = Output::named(&pipe, Existing::Keep);
+        assert!(said(&output).contains("no program reads"));
+        let reader = OpenOptions::new().read(true).custom_flags(NONBLOCK).open(&pipe).unwrap();
+        output.create().unwrap().write_all(b"x").unwrap();
+        assert_eq!(io::read_to_string(reader).unwrap(), "x");
     }
 
     #[test]

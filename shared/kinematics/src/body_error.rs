@@ -106,8 +106,9 @@ pub enum BodyErrorKind {
     },
     /// The limits are crossed, or the maximum speed is not positive.
     #[error(
-        "joint `{}`: lower {lower_rad}, upper {upper_rad}, velocity {velocity_rad_s} are no limits",
-        shown(.joint)
+        "joint `{}`: {}",
+        shown(.joint),
+        limits_fault(*lower_rad, *upper_rad, *velocity_rad_s)
     )]
     Limits {
         /// Name of the joint.
@@ -143,8 +144,11 @@ pub enum BodyErrorKind {
         /// The second joint.
         other: String,
     },
+    /// There is no link.
+    #[error("the URDF has no `<link>`")]
+    NoLinks,
     /// No link is the root.
-    #[error("no link is the root: every one is the child of a joint")]
+    #[error("no link is the root: every link is the child of a joint, so the joints form a loop")]
     NoRoot,
     /// Two links have no parent.
     #[error("links `{}` and `{}` both have no parent: join them", shown(.one), shown(.other))]
@@ -174,4 +178,13 @@ pub enum BodyErrorKind {
         /// Number of joints between it and the root.
         found: usize,
     },
+}
+
+/// What is wrong with the limits of a joint.
+fn limits_fault(lower_rad: f64, upper_rad: f64, velocity_rad_s: f64) -> String {
+    if lower_rad > upper_rad {
+        format!("the lower limit {lower_rad} is above the upper limit {upper_rad}")
+    } else {
+        format!("the limit of the velocity is {velocity_rad_s}, and has to be positive")
+    }
 }

@@ -99,6 +99,7 @@ impl Tree {
         let mut roots = tree.nodes.iter().filter(|node| node.parent.is_none());
         match (roots.next(), roots.next()) {
             (Some(_), None) => {}
+            (None, _) if tree.nodes.is_empty() => return Err(urdf.place.error(BodyErrorKind::NoLinks)),
             (None, _) => return Err(urdf.place.error(BodyErrorKind::NoRoot)),
             (Some(one), Some(other)) => {
                 let kind = BodyErrorKind::TwoRoots { one: one.name.clone(), other: other.name.clone() };

@@ -40,6 +40,21 @@ const NUMBERS: [(&str, &[&str]); 16] = [
     ("color", &["rgba"]),
 ];
 
+/// The attributes whose numbers are not negative, with their elements. Inertias are not among them: tools that compute
+/// them write rounding errors, such as -5e-20.
+const NOT_NEGATIVE: [(&str, &str); 10] = [
+    ("limit", "effort"),
+    ("limit", "velocity"),
+    ("mass", "value"),
+    ("box", "size"),
+    ("cylinder", "radius"),
+    ("cylinder", "length"),
+    ("capsule", "radius"),
+    ("capsule", "length"),
+    ("sphere", "radius"),
+    ("dynamics", "damping"),
+];
+
 /// The elements without numbers of their own that hold elements with numbers.
 const CONTAINERS: [&str; 5] = ["visual", "collision", "inertial", "geometry", "material"];
 
@@ -268,6 +283,9 @@ fn number_error(tag: &str, attribute: &str, word: &str) -> Option<String> {
     let Some(number) = word.parse::<f64>().ok().filter(|number| number.is_finite()) else {
         return Some(format!("`{}` is not a finite number", shortened(word)));
     };
+    if NOT_NEGATIVE.contains(&(tag, attribute)) && number < 0.0 {
+        return Some(format!("{} is negative", shortened(word)));
+    }
     let (max, unit) = match (tag, attribute) {
         ("origin", "xyz") => (MAX_PLACE_M, "metres"),
         ("origin", "rpy") => (MAX_ANGLE_RAD, "radians"),

@@ -15,6 +15,7 @@ mod error;
 mod fail_fast_writer;
 mod frame;
 mod marker;
+mod pipe_writer;
 mod reader;
 mod recorder;
 mod renamed;

@@ -14,6 +14,7 @@ use transport::janitor::is_claimed;
 use transport::{Domain, Node, OverflowPolicy, Queues};
 
 use crate::disk_space::missing_space;
+use crate::pipe_writer::PipeWriter;
 use crate::{BufferSubscribers, Counts, Frame, RecordError, Ring, RingSnapshot, Subject, Writer};
 
 /// Polling interval of the topics; a queue of four frames at 1 kHz does not fill within it.
@@ -22,6 +23,10 @@ const POLL_INTERVAL: Duration = Duration::from_millis(2);
 const DISCOVERY_INTERVAL: Duration = Duration::from_millis(250);
 /// Flush interval of the file.
 const FLUSH_INTERVAL: Duration = Duration::from_millis(500);
+/// Time for which the reader of a pipe may read nothing before the recording has begun.
+const BEGIN_TIMEOUT: Duration = Duration::from_secs(10);
+/// The same, once the recording is to end.
+const END_TIMEOUT: Duration = Duration::from_secs(3);
 /// Capacity of the queue between the threads, in frames: two seconds of a robot with one partner.
 const QUEUE_FRAMES: usize = 4096;
 
@@ -58,6 +63,7 @@ pub struct Recorder {
 
 #[derive(Debug, Default)]
 struct Shared {
+    begun: AtomicBool,
     stop: AtomicBool,
     ended: AtomicBool,
     counts: Mutex<Counts>,
@@ -75,6 +81,18 @@ impl Shared {
         let outcome = run();
         self.ended.store(true, Ordering::Release);
         outcome
+    }
+
+    /// How long a write may wait for the reader of a pipe. While it records, such a reader loses frames; it must not keep
+    /// a recording from beginning or ending.
+    fn write_timeout(&self) -> Option<Duration> {
+        if self.stop.load(Ordering::Acquire) {
+            Some(END_TIMEOUT)
+        } else if self.begun.load(Ordering::Acquire) {
+            None
+        } else {
+            Some(BEGIN_TIMEOUT)
+        }
     }
 
     fn count(&self, change: impl FnOnce(&mut Counts)) {
@@ -299,7 +317,7 @@ fn find(
 
 /// Writes a file until the sender is gone, or the disk has no space left.
 fn keep_in_file(
-    shared: &Shared,
+    shared: &Arc<Shared>,
     from: &Receiver<Frame>,
     out: File,
     file: &Path,
@@ -307,7 +325,10 @@ fn keep_in_file(
     ready: &Sender<()>,
 ) -> Result<(), RecordError> {
     let failed = |source: io::Error| RecordError::Write { file: file.to_owned(), source };
+    let limits = Arc::clone(shared);
+    let out = PipeWriter::new(out, move || limits.write_timeout());
     let mut writer = Writer::new(out, subject).map_err(|error| error.of(file))?;
+    shared.begun.store(true, Ordering::Release);
     let _waits = ready.send(());
     let mut flush_at = clock::now() + FLUSH_INTERVAL;
     let mut left = None;

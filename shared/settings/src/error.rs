@@ -1,3 +1,4 @@
+use std::io::{self, ErrorKind};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -7,12 +8,12 @@ use toml::Spanned;
 #[derive(Debug, thiserror::Error)]
 pub enum SettingsError {
     /// The file cannot be read.
-    #[error("cannot read {}: {source}", file.display())]
+    #[error("cannot read {}: {}", file.display(), read_fault(source))]
     Read {
         /// The file.
         file: PathBuf,
         /// The error of the operating system.
-        source: std::io::Error,
+        source: io::Error,
     },
     /// The file was read, but its content is invalid.
     #[error("{}:{line}:{column}: {reason}", file.display())]
@@ -34,6 +35,15 @@ pub enum SettingsError {
         /// What is wrong, and what would be valid.
         reason: String,
     },
+}
+
+/// Why a file cannot be read; for a mistaken path, what to name instead.
+fn read_fault(source: &io::Error) -> String {
+    match source.kind() {
+        ErrorKind::IsADirectory => "it is a directory; name the file in it".to_owned(),
+        ErrorKind::NotADirectory => "a part of its path is a file, and not a directory".to_owned(),
+        _ => source.to_string(),
+    }
 }
 
 /// What is wrong at a place of a text, for checks after parsing.

@@ -12,7 +12,7 @@ mod renamed;
 mod similar;
 
 pub use error::{SettingsError, SpannedError};
-pub use parse::{error_at, parse, suggest};
+pub use parse::{error_at, parse, suggest, value_span};
 pub use plain::plain;
 pub use renamed::{RENAMED, renaming};
 pub use similar::closest;

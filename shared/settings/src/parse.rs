@@ -2,6 +2,7 @@ use std::ops::Range;
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
+use toml::de::DeTable;
 
 use crate::{SettingsError, closest, plain, renamed};
 
@@ -35,6 +36,26 @@ pub fn parse<T: DeserializeOwned>(text: &str, file: &Path) -> Result<T, Settings
 pub fn error_at(text: &str, file: &Path, span: Range<usize>, reason: String) -> SettingsError {
     let (line, column) = line_and_column(text, Some(span));
     SettingsError::Invalid { file: file.to_owned(), line, column, reason }
+}
+
+/// The range of a value in a TOML text, for checks of values whose text was parsed earlier. `path` holds the keys from
+/// the root on; the number of an element is that of a list. `None` if there is no such value.
+///
+/// ```
+/// let text = "[mock_bus]\nfaults = [\"drop\", \"dorp\"]\n";
+/// let span = settings::value_span(text, &["mock_bus", "faults", "1"]).unwrap();
+/// assert_eq!(&text[span], "\"dorp\"");
+/// ```
+#[must_use]
+pub fn value_span(text: &str, path: &[&str]) -> Option<Range<usize>> {
+    let root = DeTable::parse(text).ok()?;
+    let (first, rest) = path.split_first()?;
+    let first = root.get_ref().get(*first)?;
+    let value = rest.iter().try_fold(first, |value, key| match key.parse::<usize>() {
+        Ok(index) => value.get_ref().get(index),
+        Err(_name) => value.get_ref().get(*key),
+    })?;
+    Some(value.span())
 }
 
 fn line_and_column(text: &str, span: Option<Range<usize>>) -> (usize, usize) {

@@ -39,7 +39,65 @@ fn of_value(message: &str) -> String {
     if let Some(wanted) = message.strip_prefix("wanted ") {
         return format!("expected {}", expected_in_words(wanted));
     }
-    message.to_owned()
+    syntax(message).unwrap_or(message).to_owned()
+}
+
+/// A fault of the syntax in words that a person who does not write parsers understands.
+fn syntax(message: &str) -> Option<&'static str> {
+    Some(match message {
+        // TOML
+        "key with no value" => "`=` and a value are missing after the key",
+        "extra assignment between key-value pairs" | "extra `=`" => "one `=` too many",
+        "missing assignment between key-value pairs" => "`=` is missing between the key and its value",
+        "missing comma between array elements" => "`,` is missing between two values of the list",
+        "missing comma between key-value pairs" => "`,` is missing between two keys of the table",
+        "extra comma in array" | "extra comma in inline table" => "one `,` too many",
+        "missing value" | "missing value for key" => "the value is missing",
+        "string values must be quoted" => "a text has to be in quotes",
+        "missing opening quote" => "the quote at the beginning of the text is missing",
+        "missing key for inline table element" | "unquoted keys cannot be empty" => "the key is missing",
+        "invalid unquoted key" => {
+            "a key consists of letters, digits, `_` and `-`; any other has to be in quotes"
+        }
+        "invalid key-value pair" | "invalid inline table element" | "unexpected key or value" => {
+            "here should be `key = value`"
+        }
+        "unexpected content" => "nothing more is allowed in this line",
+        "invalid value" => {
+            "this is no value: write a number, true or false, a text in quotes, or a list in `[ ]`"
+        }
+        "unclosed array" => "`]` is missing at the end of the list",
+        "unclosed inline table" => "`}` is missing at the end of the table",
+        "unclosed table" => "`]` is missing at the end of the table's name",
+        "unclosed array table" => "`]]` is missing at the end of the table's name",
+        "cannot recurse further; max recursion depth met" | "recursion limit exceeded" => {
+            "lists and tables are nested too deeply"
+        }
+        // JSON
+        "EOF while parsing a list" => "it ends within a list: `]` is missing",
+        "EOF while parsing an object" => "it ends within an object: `}` is missing",
+        "EOF while parsing a string" => "it ends within a text: the quote at its end is missing",
+        "EOF while parsing a value" => "it ends where a value should be",
+        "expected value" => {
+            "here should be a value: a number, true, false, null, a text in double quotes, a list or an object"
+        }
+        "expected ident" => "this is no value: the only words of JSON are true, false and null",
+        "key must be a string" => "a key has to be in double quotes",
+        "trailing comma" => "one `,` too many",
+        "trailing characters" => "more follows after the end of the value",
+        "invalid number" => "this is no number as JSON writes them",
+        "number out of range" => "the number is too large",
+        "invalid escape" => {
+            "after `\\` there can only be `\"`, `\\`, `/`, `b`, `f`, `n`, `r`, `t`, or `u` with four hexadecimal digits"
+        }
+        "invalid unicode code point"
+        | "lone leading surrogate in hex escape"
+        | "unexpected end of hex escape" => "the `\\u` in this text is no character",
+        "control character (\\u0000-\\u001F) found while parsing a string" => {
+            "a text cannot have a line end, a tab or another control character in it: write `\\n` or `\\t`"
+        }
+        _ => return None,
+    })
 }
 
 /// The value that was found.
@@ -235,6 +293,56 @@ mod tests {
             }
         }
         assert!(refused > 150, "{refused}");
+    }
+
+    #[test]
+    fn faults_of_the_syntax_are_in_plain_words() {
+        let toml = [
+            "f64",
+            "f64 =",
+            "f64 = = 1",
+            "f64 1",
+            "list = [1 2]",
+            "list = [1,,2]",
+            "text = often",
+            "text = often\"",
+            "list = [1",
+            "inner = { a = 1",
+            "[inner",
+            "[[inner",
+            "f64 = 1 2",
+            "inner = { a }",
+            "= 1",
+            "f6!4 = 1",
+            "inner = { a = 1 b = 2 }",
+            "f64 = @",
+        ];
+        let json = [
+            "{\"f64\":",
+            "{\"list\": [1",
+            "{\"text\": \"a",
+            "{\"f64\": NaN}",
+            "{\"f64\": nul}",
+            "{f64: 1}",
+            "{\"f64\": 1,}",
+            "{\"f64\": 1} 2",
+            "{\"f64\": 01}",
+            "{\"f64\": 1e999}",
+            "{\"text\": \"\\q\"}",
+            "{\"text\": \"\\ud800\"}",
+            "{\"text\": \"a\tb\"}",
+            "{\"f64\" 1}",
+            "{\"list\": [1 2]}",
+        ];
+        let of_toml = toml.map(|text| {
+            let error = crate::parse::<All>(text, Path::new("x.toml")).unwrap_err();
+            format!("{text}\n    {error}\n")
+        });
+        let of_json = json.map(|text| {
+            let error = serde_json::from_str::<All>(text).unwrap_err();
+            format!("{text}\n    {}\n", plain(&error.to_string()))
+        });
+        insta::assert_snapshot!(of_toml.concat() + &of_json.concat());
     }
 
     #[test]

@@ -32,6 +32,9 @@ impl<R: BufRead> Lines<R> {
         if !lines.advance(name)? {
             return Err(TraceError::NotATrace { name: name.to_owned(), found: "it is empty".to_owned() });
         }
+        if let Some(found) = budget::encoding_fault(lines.lines.line()) {
+            return Err(TraceError::NotATrace { name: name.to_owned(), found });
+        }
         let found = match json::read_json::<Value>(lines.lines.line()) {
             Ok(header) => header.get("leo_trace").map(Value::to_string),
             Err(_) => None,
@@ -62,7 +65,20 @@ impl<R: BufRead> Lines<R> {
                 *cut = Some(self.read_bytes().saturating_sub(length));
                 Ok(None)
             }
-            Err(error) => Err(error.at(text, name, self.place())),
+            Err(error) => {
+                // A text in another encoding is no JSON either; that it has to be converted helps more.
+                let reason = budget::encoding_fault(text);
+                let place = self.place();
+                Err(reason.map_or_else(
+                    || error.at(text, name, place),
+                    |reason| TraceError::Invalid {
+                        name: name.to_owned(),
+                        place,
+                        field: String::new(),
+                        reason,
+                    },
+                ))
+            }
         }
     }
 

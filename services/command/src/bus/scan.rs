@@ -75,8 +75,11 @@ impl Report {
         }
         // A serial port cannot be open twice.
         drop(line);
-        let others =
-            if all_speeds || found.is_empty() { self.try_other_speeds(bus)? } else { OtherSpeeds::default() };
+        let others = if all_speeds || found.is_empty() {
+            self.try_other_speeds(bus, found.is_empty())?
+        } else {
+            OtherSpeeds::default()
+        };
         if found.is_empty() && !others.is_heard {
             let which = if others.is_incomplete { " that the adapter supports" } else { "" };
             self.say(&format!(
@@ -140,8 +143,12 @@ impl Report {
         }
     }
 
-    /// Scans at the speeds that are not the bus's.
-    fn try_other_speeds(&mut self, bus: &BusAddress<'_>) -> Result<OtherSpeeds, CommandError> {
+    /// Scans at the speeds that are not the bus's. `is_silent`: no servo answers at its own speed.
+    fn try_other_speeds(
+        &mut self,
+        bus: &BusAddress<'_>,
+        is_silent: bool,
+    ) -> Result<OtherSpeeds, CommandError> {
         let mut others = OtherSpeeds::default();
         for baud in SPEEDS.into_iter().filter(|baud| *baud != bus.baud) {
             // If the adapter does not support a speed, nothing is known about servos at it.
@@ -159,10 +166,7 @@ impl Report {
             let count = quantity::number::counted(u32::try_from(servos.len()).unwrap_or(u32::MAX), "servo");
             let answer = if servos.len() == 1 { "answers" } else { "answer" };
             self.say(&format!("  {count} {answer} at {baud}: {}", servos.join(", ")));
-            self.say(&format!(
-                "  `leo bus set-baud --baud {baud} --id N --to {}` gives a servo the speed of the bus",
-                bus.baud
-            ));
+            self.say(&format!("  {}", bus.advice_for_other_speed(baud, is_silent)));
             for servo in &found {
                 let alert = self.alert_at(baud, &mut line, servo);
                 self.rows.push(serde_json::json!({

@@ -95,6 +95,22 @@ impl fmt::Display for BusAddress<'_> {
 }
 
 impl<'a> BusAddress<'a> {
+    /// What to do about servos that answer at another speed. `is_silent`: no servo answers at the speed of the bus, which
+    /// is then more probably wrong than the servos.
+    pub(super) fn advice_for_other_speed(&self, baud: u32, is_silent: bool) -> String {
+        let change_servo = format!(
+            "`leo bus set-baud --baud {baud} --id N --to {}` changes the speed of a servo",
+            self.baud
+        );
+        match (is_silent, self.joints.is_empty()) {
+            (false, _) => change_servo,
+            (true, true) => format!("`--baud {baud}` is their speed; {change_servo}"),
+            (true, false) => {
+                format!("`baud = {baud}` in motor.toml gives the bus their speed; {change_servo}")
+            }
+        }
+    }
+
     /// The same bus at another speed.
     pub(super) fn at(&self, baud: u32) -> Self {
         Self { baud, ..self.clone() }

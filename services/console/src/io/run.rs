@@ -198,11 +198,11 @@ impl PageServices {
             match served {
                 Ok(web) => Ok(Some(web)),
                 Err(error) if console.port_required => {
-                    Err(ProcessError::own(format!("cannot serve the page at {address}: {error}")))
+                    Err(ProcessError::own(format!("cannot serve the page: {error}")))
                 }
                 // A missing page must not keep the robot from running.
                 Err(error) => {
-                    tracing::error!("cannot serve the page at {address}: {error}; the robot runs without it");
+                    tracing::error!("cannot serve the page: {error}; the robot runs without it");
                     Ok(None)
                 }
             }

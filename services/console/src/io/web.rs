@@ -271,27 +271,52 @@ impl Web {
     }
 }
 
-/// The port of the page is in use, and no other one will do.
+/// Why the page cannot have its address.
 #[derive(Debug, thiserror::Error)]
-#[error(
-    "{address} is in use, and `console.port_required` of leo.toml is true: end the program that uses it (`ss -ltnp` names \
-     it), or choose another `console.address`"
-)]
-pub struct PortInUseError {
-    address: SocketAddr,
+pub enum PageAddressError {
+    /// The port is in use, and no other one will do.
+    #[error(
+        "{0} is in use, and `console.port_required` of leo.toml is true: end the program that uses it (`ss -ltnp` names \
+         it), or choose another `console.address`"
+    )]
+    InUse(SocketAddr),
+    /// The address is that of another machine, or its network is down.
+    #[error(
+        "this machine has no address {} now; `ip address` lists those that it has: change `console.address` of leo.toml, \
+         where 0.0.0.0 stands for all of them",
+        _0.ip()
+    )]
+    Absent(SocketAddr),
+    /// The system refuses the address.
+    #[error("{address}: {source}; choose another `console.address` in leo.toml")]
+    Refused {
+        /// The address.
+        address: SocketAddr,
+        /// The error of the operating system.
+        source: io::Error,
+    },
 }
 
-/// Refuses a robot whose page needs a port that is in use.
+impl PageAddressError {
+    fn new(address: SocketAddr, source: io::Error) -> Self {
+        match source.kind() {
+            io::ErrorKind::AddrInUse => Self::InUse(address),
+            io::ErrorKind::AddrNotAvailable => Self::Absent(address),
+            _ => Self::Refused { address, source },
+        }
+    }
+}
+
+/// Refuses a robot whose page must have its address and cannot.
 ///
 /// # Errors
 ///
-/// The port is required and in use.
-pub fn check_port(console: &Console) -> Result<(), PortInUseError> {
+/// The port is required, and is in use or cannot be listened at.
+pub fn check_port(console: &Console) -> Result<(), PageAddressError> {
     let Some(address) = console.address.get().filter(|_| console.port_required) else { return Ok(()) };
     match std::net::TcpListener::bind(address) {
-        Err(error) if error.kind() == io::ErrorKind::AddrInUse => Err(PortInUseError { address }),
-        // Any other error is reported when the page is served.
-        Ok(_) | Err(_) => Ok(()),
+        Err(error) => Err(PageAddressError::new(address, error)),
+        Ok(_) => Ok(()),
     }
 }
 
@@ -300,18 +325,18 @@ pub fn check_port(console: &Console) -> Result<(), PortInUseError> {
 fn bind_next_free(address: SocketAddr, before: Option<u16>, required: bool) -> io::Result<TcpListener> {
     let is_in_use = |error: &io::Error| error.kind() == io::ErrorKind::AddrInUse;
     let at = |port| bind_listener(SocketAddr::new(address.ip(), port));
+    let failed = |error| io::Error::other(PageAddressError::new(address, error));
     if required {
-        return at(address.port()).map_err(|error| {
-            if is_in_use(&error) { io::Error::other(PortInUseError { address }) } else { error }
-        });
+        return at(address.port()).map_err(failed);
     }
-    for port in before.into_iter().chain(address.port()..=u16::MAX) {
+    // 0 stands for any free port, which is taken if none is free after the configured one.
+    for port in before.into_iter().chain(address.port()..=u16::MAX).chain([0]) {
         match at(port) {
             Err(error) if is_in_use(&error) => {}
-            bound => return bound,
+            bound => return bound.map_err(failed),
         }
     }
-    Err(io::ErrorKind::AddrInUse.into())
+    Err(failed(io::ErrorKind::AddrInUse.into()))
 }
 
 /// Opens the listening socket.

@@ -17,7 +17,8 @@ const HEARTBEAT: Duration = Duration::from_millis(50);
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let leo = &robot.leo;
     let mut member = ProcessNode::join(launch, Process::MockBus, &leo.buffers, &leo.mock_bus.realtime)?;
-    let mut faults = Faults::configured(&leo.mock_bus, &robot.motor).map_err(ProcessError::own)?;
+    let mut faults =
+        Faults::configured(&leo.mock_bus, &robot.motor).map_err(|(_, error)| ProcessError::own(error))?;
     if let Some(file) = &launch.campaign {
         let check = |words: &str| parse(words, &robot.motor).map(drop);
         // The supervisor checks the process names of the campaign.

@@ -69,12 +69,17 @@ pub enum CheckError {
 }
 
 /// Checks the whole configuration, and whether this machine meets its requirements. Writes the findings to `out`:
-/// each as soon as it is known, or one JSON document. Returns whether the robot can run here.
+/// each as soon as it is known, or one JSON document. `report` gets the time that a measurement has taken so far. Returns
+/// whether the robot can run here.
 ///
 /// # Errors
 ///
 /// A configuration file is invalid, a requested change fails, or `out` cannot be written.
-pub fn check(inquiry: &CheckOptions, out: &mut impl Write) -> Result<bool, CheckError> {
+pub fn check(
+    inquiry: &CheckOptions,
+    out: &mut impl Write,
+    report: impl Fn(Duration),
+) -> Result<bool, CheckError> {
     let robot = Robot::of(&inquiry.files)?;
     let system = System::below(&inquiry.root);
     let look = || inspect(&robot, inquiry, &system);
@@ -93,7 +98,7 @@ pub fn check(inquiry: &CheckOptions, out: &mut impl Write) -> Result<bool, Check
     }
     // Same condition as in the running robot.
     let _awake = robot.leo.supervisor.keep_cores_awake.then(IdleStateGuard::ask);
-    let measured = measure::wakeups(&HotProcess::all(&robot), inquiry.measure)?;
+    let measured = measure::wakeups(&HotProcess::all(&robot), inquiry.measure, report)?;
     let measured: Vec<Finding> = measured.iter().map(judge_wakeup).collect();
     if inquiry.json {
         findings.extend(measured);

@@ -13,7 +13,7 @@ use crate::policy::RobotState;
 enum NotifyError {
     /// The address is of no supported kind.
     #[error(
-        "NOTIFY_SOCKET is `{}`: only a path that begins with `/` and an abstract name that begins with `@` are supported",
+        "NOTIFY_SOCKET is `{}`: it has to be a path that begins with `/`, or `@` and the name of an abstract socket",
         _0.display()
     )]
     Address(OsString),

@@ -9,13 +9,20 @@ use message::Histogram;
 
 use crate::readiness::{HotProcess, Wakeup};
 
+/// Interval at which the progress of the measurement is reported.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(100);
+
 /// Measures all periodic processes at the same time, as in the running robot. Returns nothing if the duration is
-/// zero.
+/// zero. `report` gets the time that has passed, again and again.
 ///
 /// # Errors
 ///
 /// The system cannot create another thread.
-pub(super) fn wakeups(hot: &[HotProcess], lasting: Duration) -> io::Result<Vec<Wakeup>> {
+pub(super) fn wakeups(
+    hot: &[HotProcess],
+    lasting: Duration,
+    report: impl Fn(Duration),
+) -> io::Result<Vec<Wakeup>> {
     if lasting.is_zero() {
         return Ok(Vec::new());
     }
@@ -24,6 +31,11 @@ pub(super) fn wakeups(hot: &[HotProcess], lasting: Duration) -> io::Result<Vec<W
         if let Some(period) = process.period {
             threads.push((process.name, period, sleeper(process, period, lasting)?));
         }
+    }
+    let began = clock::now();
+    while threads.iter().any(|(_, _, thread)| !thread.is_finished()) {
+        report(clock::now().since(began));
+        clock::sleep_until(clock::now() + PROGRESS_INTERVAL);
     }
     let end = |(process, period, thread): (_, _, JoinHandle<Histogram>)| Wakeup {
         process,

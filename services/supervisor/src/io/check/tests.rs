@@ -95,7 +95,7 @@ fn each_file_is_named_with_where_it_comes_from() {
     );
     let mut out = Vec::new();
     let options = CheckOptions { files, ..inquiry(Path::new("/"), MachineChange::Inspect) };
-    check(&options, &mut out).unwrap();
+    check(&options, &mut out, |_| {}).unwrap();
     let out = String::from_utf8(out).unwrap();
     assert!(out.contains("warning  file") && out.contains("did you mean motor.toml?"), "{out}");
 }
@@ -108,7 +108,7 @@ fn the_findings_are_one_json_document() {
         measure: Duration::from_millis(50),
         ..inquiry(Path::new("/"), MachineChange::Inspect)
     };
-    check(&measured, &mut out).unwrap();
+    check(&measured, &mut out, |_| {}).unwrap();
     let findings: serde_json::Value = serde_json::from_slice(&out).unwrap();
     let abouts: Vec<&str> =
         findings.as_array().unwrap().iter().map(|finding| finding["about"].as_str().unwrap()).collect();
@@ -121,7 +121,7 @@ fn the_findings_are_one_json_document() {
 fn an_inspection_changes_no_setting() {
     let root = folder();
     let mut out = Vec::new();
-    check(&inquiry(root.path(), MachineChange::Inspect), &mut out).unwrap();
+    check(&inquiry(root.path(), MachineChange::Inspect), &mut out, |_| {}).unwrap();
     let said = String::from_utf8(out).unwrap();
     assert!(said.contains("mend, or --apply: cpupower"), "{said}");
     assert_eq!(governor(root.path()), "powersave\n");
@@ -132,7 +132,7 @@ fn an_inspection_changes_no_setting() {
 fn applied_changes_are_printed_recorded_and_reverted() {
     let root = folder();
     let mut out = Vec::new();
-    check(&inquiry(root.path(), MachineChange::Apply), &mut out).unwrap();
+    check(&inquiry(root.path(), MachineChange::Apply), &mut out, |_| {}).unwrap();
     let said = String::from_utf8(out).unwrap();
     let file = "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor";
     let changed = said.lines().find(|line| line.contains(file)).unwrap();
@@ -144,12 +144,12 @@ fn applied_changes_are_printed_recorded_and_reverted() {
     insta::assert_snapshot!(format!("{changed}\n{governor_line}"));
     assert_eq!(governor(root.path()), "performance");
     // Applying twice changes nothing and keeps the journal.
-    check(&inquiry(root.path(), MachineChange::Apply), &mut Vec::new()).unwrap();
-    check(&inquiry(root.path(), MachineChange::Revert), &mut Vec::new()).unwrap();
+    check(&inquiry(root.path(), MachineChange::Apply), &mut Vec::new(), |_| {}).unwrap();
+    check(&inquiry(root.path(), MachineChange::Revert), &mut Vec::new(), |_| {}).unwrap();
     assert_eq!(governor(root.path()), "powersave");
     let timer = root.path().join("sys/bus/usb-serial/devices/ttyUSB0/latency_timer");
     assert_eq!(fs::read_to_string(timer).unwrap(), "16");
-    let nothing = check(&inquiry(root.path(), MachineChange::Revert), &mut Vec::new()).unwrap_err();
+    let nothing = check(&inquiry(root.path(), MachineChange::Revert), &mut Vec::new(), |_| {}).unwrap_err();
     assert!(nothing.to_string().contains("nothing to revert"), "{nothing}");
 }
 
@@ -157,7 +157,7 @@ fn applied_changes_are_printed_recorded_and_reverted() {
 fn a_setting_that_cannot_be_journalled_is_not_changed() {
     let root = folder();
     fs::remove_dir_all(root.path().join("run")).unwrap();
-    let refused = check(&inquiry(root.path(), MachineChange::Apply), &mut Vec::new()).unwrap_err();
+    let refused = check(&inquiry(root.path(), MachineChange::Apply), &mut Vec::new(), |_| {}).unwrap_err();
     assert!(refused.to_string().contains("as root"), "{refused}");
     assert_eq!(governor(root.path()), "powersave\n");
 }

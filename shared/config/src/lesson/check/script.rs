@@ -66,7 +66,8 @@ impl ScriptState {
         let who = step.who;
         let at_s = raw.at_s.get_ref().get();
         if !catalogue.teachers.contains(&who) {
-            let reason = format!("there is no teacher {who}: there is {:?}", catalogue.teachers);
+            let known: Vec<String> = catalogue.teachers.iter().map(ToString::to_string).collect();
+            let reason = format!("there is no teacher {who}: the teachers are {}", known.join(", "));
             return Err(SpannedError::at(&raw.who, reason));
         }
         if step.at < self.last {
