@@ -1,197 +1,257 @@
-//! The examples in the documents work as they are copied.
+//! The commands, programs and data in the documents work as they are copied.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::os::unix::fs::symlink;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+mod by_hand;
+mod documents;
+mod session;
+mod shell;
+mod table;
+mod trial;
 
-use tempfile::TempDir;
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::path::Path;
+use std::sync::Mutex;
+use std::thread;
 
-use crate::harness::{read, short_lesson, write};
-use crate::recordings::{file, recorded};
+use documents::{Block, Document};
+use session::Session;
+use table::{ENTRIES, Entry, Step, lines};
+use trial::Trial;
+
+use crate::harness::{read, run_leo};
 use crate::venv;
 
-/// The documents with Python programs, and the commands that run these. Each command is a line of the document.
-/// They run in order in one folder, with the programs and data of the document under the names that it gives
-/// them.
-const RUNS: [(&str, &[&str]); 4] = [
-    (
-        "docs/traces.md",
-        &[
-            "python3 convert.py < detections.csv | leo believe -",
-            "venv/bin/python to_mcap.py moved.mcap < config/traces/moved.jsonl",
-            "leo believe moved.mcap",
-            "leo believe config/traces/moved.jsonl --json > beliefs.jsonl",
-            "python3 red.py",
-        ],
-    ),
-    ("docs/recording.md", &["venv/bin/python ids.py task1.mcap"]),
-    ("docs/tutorials/source_writer.md", &["python3 write_trace.py > lamp.jsonl", "leo believe lamp.jsonl"]),
-    (
-        "docs/tutorials/researcher.md",
-        &["leo believe config/traces/moved.jsonl --json > beliefs.jsonl", "python3 lamp.py beliefs.jsonl"],
-    ),
-];
+/// The command lines of the documents, those of them that are run, and the commands of `leo` in them.
+const COMMANDS: usize = 121;
+const RUN: usize = 72;
+const PARSED: usize = 73;
+/// Documents that are tried at once. Robots wait more than they compute.
+const LANES: usize = 2;
+/// What a block may be. `rust` is compiled by the documentation tests, and pictures and layouts are not run.
+const LANGUAGES: [&str; 9] = ["sh", "python", "json", "toml", "csv", "rust", "text", "yaml", "mermaid"];
+/// Words that begin a command. A block of text that is not run has no line with them.
+const PROGRAMS: [&str; 9] = ["leo", "cargo", "sudo", "python3", "pip", "curl", "cp", "sed", "git"];
 
-/// A fenced block of a document.
-struct Block {
-    language: String,
-    text: String,
-    /// The file whose name stands before the block.
-    name: Option<String>,
+fn entry(document: &Document) -> Option<&'static Entry> {
+    ENTRIES.iter().find(|entry| entry.path == document.path)
 }
 
-/// The documents with their blocks: those of the repository's root, of `docs`, and of the crates.
-fn documents() -> Vec<(String, String, Vec<Block>)> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut folders = vec![root.to_owned(), root.join("docs"), root.join("docs/tutorials")];
-    let crates = fs::read_dir(root.join("shared")).expect("the crates");
-    folders.extend(crates.map(|entry| entry.expect("a crate").path()));
-    let mut documents = Vec::new();
-    for folder in folders {
-        for entry in fs::read_dir(folder).into_iter().flatten() {
-            let path = entry.expect("a file").path();
-            if path.extension().is_some_and(|extension| extension == "md") {
-                let name = path.strip_prefix(root).expect("is in it").display().to_string();
-                let text = read(&name);
-                let blocks = blocks(&text);
-                documents.push((name, text, blocks));
+/// The programs and data of a document that its command lines name.
+fn named_blocks<'a>(document: &'a Document, entry: &Entry) -> Vec<(&'a str, &'a Block)> {
+    let named = document.blocks.iter().filter_map(|block| Some((block.name.as_deref()?, block)));
+    named.filter(|(name, _)| lines(entry).any(|(line, _)| line.contains(name))).collect()
+}
+
+fn is_installed(program: &str) -> bool {
+    ["/usr/local/bin", "/usr/bin", "/bin"].iter().any(|folder| Path::new(folder).join(program).exists())
+}
+
+/// A session with what a document needs. `None`, with a message, if this machine does not have it.
+fn session(entry: &Entry) -> Option<Session> {
+    if let Some(missing) = entry.programs.iter().find(|program| !is_installed(program)) {
+        skip::skip(format_args!("the command lines of {} need {missing}", entry.path));
+        return None;
+    }
+    let python = match entry.python {
+        Some((package, module)) => Some(venv::interpreter(package, module)?),
+        None => None,
+    };
+    Some(Session::new(python.as_deref()))
+}
+
+/// Runs the lines of a document in a fresh folder; returns their number, or `None` where something is missing.
+fn run_document(document: &Document, entry: &Entry) -> Option<usize> {
+    let mut session = session(entry)?;
+    for (name, block) in named_blocks(document, entry) {
+        session.write(name, &block.text);
+    }
+    let mut run = 0;
+    for step in entry.steps {
+        match step {
+            Step::ByHand(act) => act(&mut session),
+            Step::Line(line, trial) => {
+                session.run(line, trial);
+                run += usize::from(!matches!(trial, Trial::NotRun(_)));
             }
         }
     }
-    documents.sort_by(|(one, ..), (other, ..)| one.cmp(other));
-    documents
-}
-
-fn blocks(text: &str) -> Vec<Block> {
-    let (mut blocks, mut before) = (Vec::new(), String::new());
-    let mut lines = text.lines();
-    while let Some(line) = lines.next() {
-        let indent = line.len() - line.trim_start().len();
-        let Some(language) = line.trim().strip_prefix("```") else {
-            before.push_str(line);
-            before.push('\n');
-            continue;
-        };
-        let content = lines.by_ref().take_while(|line| line.trim() != "```");
-        let content: String = content.map(|line| format!("{}\n", line.get(indent..).unwrap_or(""))).collect();
-        let extension = if language == "python" { ".py" } else { &format!(".{language}") };
-        let paragraph = before.trim_end().rsplit("\n\n").next().unwrap_or_default();
-        let quoted = paragraph.split('`').skip(1).step_by(2);
-        let name = quoted.filter(|name| name.ends_with(extension) && !name.contains(['/', ' '])).last();
-        blocks.push(Block { language: language.to_owned(), text: content, name: name.map(str::to_owned) });
-        before.clear();
-    }
-    blocks
-}
-
-/// An otherwise empty folder with what the documents tell a reader to have: the configuration of the repository, and a
-/// virtual environment.
-fn folder(python: &Path) -> TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
-    let environment = python.ancestors().nth(2).expect("it is in `bin`");
-    symlink(environment, folder.path().join("venv")).expect("links");
-    symlink(Path::new(env!("CARGO_MANIFEST_DIR")).join("config"), folder.path().join("config"))
-        .expect("links");
-    folder
-}
-
-/// Runs a command line, which must succeed without a word on standard error; returns its output.
-fn run(line: &str, folder: &TempDir) -> String {
-    let leo = PathBuf::from(env!("CARGO_BIN_EXE_leo"));
-    let path = format!("{}:/usr/local/bin:/usr/bin:/bin", leo.parent().expect("a folder").display());
-    let mut command = Command::new("sh");
-    command.args(["-ec", line]).current_dir(folder.path()).stdin(Stdio::null());
-    command.env_clear().env("PATH", path).env("XDG_STATE_HOME", folder.path());
-    let output = command.output().expect("starts");
-    let err = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && err.is_empty(), "`{line}`: {}: {err}", output.status);
-    String::from_utf8(output.stdout).expect("is text")
+    session.end();
+    Some(run)
 }
 
 #[test]
-fn every_python_program_of_the_documents_runs_as_copied() {
-    let Some(python) = venv::interpreter("mcap-ros2-support==0.5.7", "mcap.writer") else { return };
-    let mut with_programs = BTreeSet::new();
-    let mut run_programs = 0;
-    for (document, text, blocks) in documents() {
-        let programs: Vec<&Block> = blocks.iter().filter(|block| block.language == "python").collect();
-        if programs.is_empty() {
-            continue;
-        }
-        let (_, lines) =
-            RUNS.iter().find(|(known, _)| *known == document).unwrap_or_else(|| panic!("{document}"));
-        let folder = folder(&python);
-        for block in &blocks {
-            if let Some(name) = &block.name {
-                write(&folder, name, &block.text);
+fn every_command_line_of_the_documents_is_declared() {
+    let mut wrong = Vec::new();
+    let mut seen = 0;
+    let documents = documents::all();
+    for document in &documents {
+        let commands = document.commands();
+        seen += commands.len();
+        let declared: Vec<&str> = entry(document).into_iter().flat_map(lines).map(|(line, _)| line).collect();
+        for (number, command) in &commands {
+            if !declared.contains(&command.as_str()) {
+                wrong.push(format!(
+                    "{}:{number}: `{command}` is not in tests/commands/snippets/table.rs: add how it is tried",
+                    document.path
+                ));
             }
         }
-        if document == "docs/recording.md" {
-            // In place of the recording of a whole lesson, which takes longer.
-            let lesson = write(&folder, "short.toml", &short_lesson());
-            recorded(&lesson, &file(&folder, "task1.mcap"));
+        let found: Vec<&str> = commands.iter().map(|(_, command)| command.as_str()).collect();
+        if wrong.is_empty() && found != declared {
+            wrong.push(format!(
+                "{}: its lines are {found:?}, and tests/commands/snippets/table.rs has {declared:?}: correct the table",
+                document.path
+            ));
         }
-        for program in programs {
-            let name = program.name.as_ref().unwrap_or_else(|| panic!("{document}: {}", program.text));
-            assert!(lines.iter().any(|line| line.contains(name.as_str())), "{document}: {name} is never run");
-            run_programs += 1;
-        }
-        for line in *lines {
-            assert!(text.contains(&format!("\n    {line}\n")), "{document} does not have the line `{line}`");
-            let out = run(line, &folder);
-            assert!(line.contains(" > ") || line.contains("to_mcap") || !out.is_empty(), "`{line}`");
-            if line.contains("lamp.py") {
-                assert_eq!(out, "3.6,0,1.0\n4.4,1,1.0\n");
-            }
-        }
-        with_programs.insert(document);
     }
-    assert_eq!((with_programs.len(), run_programs), (RUNS.len(), 6));
+    for entry in ENTRIES {
+        if !documents.iter().any(|document| document.path == entry.path) {
+            wrong.push(format!("{} is in tests/commands/snippets/table.rs, and is no document", entry.path));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert_eq!(seen, COMMANDS);
+}
+
+#[test]
+fn every_command_line_of_the_documents_runs_as_copied() {
+    let documents = documents::all();
+    let queue = Mutex::new(ENTRIES.iter());
+    let counts = Mutex::new(BTreeMap::new());
+    thread::scope(|scope| {
+        for _ in 0..LANES {
+            scope.spawn(|| {
+                loop {
+                    let next = queue.lock().expect("no lane panics with it").next();
+                    let Some(entry) = next else { break };
+                    let document = documents.iter().find(|document| document.path == entry.path);
+                    let run = run_document(document.expect("is there"), entry);
+                    counts.lock().expect("no lane panics with it").insert(entry.path, run);
+                }
+            });
+        }
+    });
+    let counts = counts.into_inner().expect("no lane panicked");
+    // What is missing on this machine was said.
+    if counts.values().all(Option::is_some) {
+        assert_eq!(counts.values().flatten().sum::<usize>(), RUN, "{counts:?}");
+    }
+}
+
+#[test]
+fn every_command_line_of_the_documents_is_understood() {
+    let (mut parsed, mut reasons) = (0, 0);
+    for entry in ENTRIES {
+        for (line, trial) in lines(entry) {
+            assert_eq!(shell::syntax_error(line), None, "{}: `{line}`", entry.path);
+            for words in shell::leo_commands(line) {
+                let words: Vec<OsString> = words.into_iter().map(OsString::from).collect();
+                if let Err(error) = commands::accepts(words) {
+                    panic!("{}: `{line}`: {error}", entry.path);
+                }
+                parsed += 1;
+            }
+            if let Trial::NotRun(reason) = trial {
+                assert!(!reason.is_empty(), "{}: `{line}` needs a reason", entry.path);
+                reasons += 1;
+            }
+        }
+    }
+    assert_eq!((parsed, reasons), (PARSED, COMMANDS - RUN));
+}
+
+#[test]
+fn every_python_program_of_the_documents_is_named_by_a_command() {
+    let mut programs = 0;
+    for document in documents::all() {
+        for block in document.blocks.iter().filter(|block| block.language == "python") {
+            let place = format!("{}:{}", document.path, block.line);
+            let name = block.name.as_deref().unwrap_or_else(|| panic!("{place}: name its file before it"));
+            let is_run =
+                |(line, trial): (&str, &Trial)| line.contains(name) && !matches!(trial, Trial::NotRun(_));
+            assert!(
+                entry(&document).is_some_and(|entry| lines(entry).any(is_run)),
+                "{place}: {name} is never run"
+            );
+            programs += 1;
+        }
+    }
+    assert_eq!(programs, 7);
+}
+
+#[test]
+fn the_options_of_commands_in_sentences_exist() {
+    let mut helps: BTreeMap<String, String> = BTreeMap::new();
+    let mut seen = 0;
+    for document in documents::all() {
+        let text = read(&document.path);
+        // Lines are wrapped within a command, too.
+        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for command in text.split('`').filter(|command| command.starts_with("leo ")) {
+            let words: Vec<&str> = command.split(' ').skip(1).take_while(|word| *word != "|").collect();
+            let is_name =
+                |word: &&&str| word.chars().all(|letter| letter.is_ascii_lowercase() || letter == '-');
+            let names: Vec<&str> = words.iter().filter(|word| !word.starts_with('-')).copied().collect();
+            let depth = if matches!(names.first(), Some(&("bus" | "tasks"))) { 2 } else { 1 };
+            let path: Vec<&str> = names.iter().take(depth).take_while(is_name).copied().collect();
+            let help = helps.entry(path.join(" ")).or_insert_with(|| {
+                let output = run_leo(&[path.as_slice(), &["--help"]].concat());
+                assert_eq!(output.status, Some(0), "{}: `{command}`: {output:?}", document.path);
+                output.out
+            });
+            for word in words.iter().filter(|word| word.starts_with("--")) {
+                let option = word.split('=').next().unwrap_or_default();
+                assert!(help.contains(option), "{}: `{command}`: {help}", document.path);
+            }
+            seen += 1;
+        }
+    }
+    assert!(seen > 300, "only {seen} commands were seen");
 }
 
 #[test]
 fn the_converter_of_a_csv_writes_only_numbers_that_json_has() {
-    if !Command::new("python3").arg("--version").output().is_ok_and(|version| version.status.success()) {
+    if !is_installed("python3") {
         skip::skip("there is no python3 here to convert a detector's CSV with");
         return;
     }
-    let folder = tempfile::tempdir().expect("a folder");
-    for block in blocks(&read("docs/traces.md")) {
+    let mut session = Session::new(None);
+    for block in documents::blocks(&read("docs/traces.md")) {
         if let Some(name) = block.name {
-            write(&folder, &name, &block.text);
+            session.write(&name, &block.text);
         }
     }
     let rows = "time_s,label,x_m,y_m,z_m,yaw_deg,score\n\
         0.0,person,1.5,0.0,0.55,nan,0.98\n0.0,red block,0.6,0.0,0.03,NaN,0.91\n0.0,red block,nan,0.0,0.03,0,0.9\n\
         0.1,lamp on,0.6,-0.3,0.03,,0.9\n0.1,lamp on,0.6,inf,0.03,0,0.9\n0.1,lamp on,0.6,0.3,0.03,0,\n";
-    write(&folder, "detections.csv", rows);
-    let trace = run("python3 convert.py < detections.csv", &folder);
+    session.write("detections.csv", rows);
+    session.run("python3 convert.py < detections.csv > trace.jsonl", &Trial::Ends);
+    let trace = session.read("trace.jsonl");
     let frames: Vec<serde_json::Value> =
         trace.lines().map(|line| serde_json::from_str(line).expect("is JSON")).collect();
     let counts: Vec<usize> =
         frames.iter().filter_map(|frame| frame["observations"].as_array().map(Vec::len)).collect();
     assert_eq!(counts, [1, 1], "{trace}");
-    let out = run("python3 convert.py < detections.csv | leo believe -", &folder);
-    assert!(out.ends_with("2 frames, 2 observations\n"), "{out}");
+    session.run("leo believe trace.jsonl", &Trial::Says("2 frames, 2 observations\n"));
+    session.write("unknown.csv", &rows.replace("red block", "mug"));
+    session.run("python3 convert.py < unknown.csv", &Trial::Fails("the label 'mug' is not in LOOKS"));
 }
 
 #[test]
 fn every_json_and_toml_example_of_the_documents_is_well_formed() {
     let mut seen = [0, 0];
-    for (document, _, blocks) in documents() {
-        for Block { language, text, .. } in blocks {
+    for Document { path, blocks } in documents::all() {
+        for Block { language, text, line, .. } in blocks {
             match language.as_str() {
                 "json" => {
                     let parse = |text: &str| serde_json::from_str::<serde_json::Value>(text);
                     let lines = || text.lines().map(parse).collect::<Result<Vec<_>, _>>();
-                    assert!(parse(&text).is_ok() || lines().is_ok(), "{document}: {:?}", lines());
+                    assert!(parse(&text).is_ok() || lines().is_ok(), "{path}:{line}: {:?}", lines());
                     seen[0] += 1;
                 }
                 "toml" => {
                     let parsed: Result<toml::Table, _> = text.parse();
-                    assert!(parsed.is_ok(), "{document}: {parsed:?}");
+                    assert!(parsed.is_ok(), "{path}:{line}: {parsed:?}");
                     seen[1] += 1;
                 }
                 _ => {}
@@ -199,4 +259,22 @@ fn every_json_and_toml_example_of_the_documents_is_well_formed() {
         }
     }
     assert!(seen[0] >= 4 && seen[1] >= 10, "{seen:?}");
+}
+
+#[test]
+fn every_block_of_the_documents_says_its_language() {
+    let mut seen = 0;
+    for Document { path, blocks } in documents::all() {
+        for Block { language, text, line, .. } in blocks {
+            assert!(
+                LANGUAGES.contains(&language.as_str()),
+                "{path}:{line}: ```{language} is none of {LANGUAGES:?}"
+            );
+            let is_command = |line: &str| line.split(' ').next().is_some_and(|word| PROGRAMS.contains(&word));
+            let is_hidden = matches!(language.as_str(), "text" | "yaml") && text.lines().any(is_command);
+            assert!(!is_hidden, "{path}:{line}: a command is not run in a block of `{language}`: indent it");
+            seen += 1;
+        }
+    }
+    assert!(seen > 100, "only {seen} blocks were seen");
 }

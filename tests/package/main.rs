@@ -1,6 +1,8 @@
 //! The files of the package are consistent with the program.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+mod archive;
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -177,4 +179,17 @@ fn every_file_of_the_package_is_installed() {
         seen += 1;
     }
     assert!(seen >= 8, "only {seen} files were seen");
+}
+
+/// `cargo deb` alone prints the name of the folder that it does not find.
+#[test]
+fn the_folder_of_the_manual_names_its_script() {
+    let folder = "written-by-package-build.sh";
+    assert!(read("package/build.sh").contains(&format!("manual=\"$built/{folder}\"\n")));
+    let manifest = read("Cargo.toml");
+    let built: Vec<&str> =
+        manifest.lines().filter_map(|line| line.trim().strip_prefix("[\"target/")).collect();
+    let is_known =
+        |asset: &&str| asset.starts_with("release/leo\"") || asset.starts_with(&format!("release/{folder}/"));
+    assert!(built.len() == 5 && built.iter().all(is_known), "{built:?}");
 }

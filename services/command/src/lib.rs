@@ -1,6 +1,6 @@
 //! The command line of `leo`: the commands, their options, and the dispatch to the crates that implement them.
 //!
-//! [`run`] is all that the program calls. Each command has a module of its own.
+//! [`run`] is all that the program calls; [`accepts`] parses alone. Each command has a module of its own.
 
 mod arm;
 mod belief_pipeline;
@@ -109,9 +109,8 @@ enum Command {
 #[must_use]
 pub fn run(commit: &str) -> ExitCode {
     ::process::restrict_umask();
-    let words = arguments();
-    let parsed = command().try_get_matches_from(&words).and_then(|matches| Leo::from_arg_matches(&matches));
-    let outcome = match parsed {
+    let words = escaped(std::env::args_os().collect());
+    let outcome = match parse(&words) {
         Ok(leo) => leo.run(commit),
         Err(error) => usage::refuse(&error, &command(), &words),
     };
@@ -123,6 +122,19 @@ pub fn run(commit: &str) -> ExitCode {
             error.code
         }
     }
+}
+
+/// Parses a command line, whose first word is the name of the program, as [`run`] does. Runs nothing.
+///
+/// # Errors
+///
+/// What clap says about the command line.
+pub fn accepts(words: Vec<OsString>) -> Result<(), String> {
+    parse(&escaped(words)).map(drop).map_err(|error| error.to_string())
+}
+
+fn parse(words: &[OsString]) -> Result<Leo, clap::Error> {
+    command().try_get_matches_from(words).and_then(|matches| Leo::from_arg_matches(&matches))
 }
 
 /// The definition of all commands.
@@ -144,10 +156,9 @@ impl Leo {
     }
 }
 
-/// The command line's arguments. Rewrites negative numbers with a unit for `leo bus write`, so that clap takes them as
+/// The words of a command line. Rewrites negative numbers with a unit for `leo bus write`, so that clap takes them as
 /// values.
-fn arguments() -> Vec<OsString> {
-    let words: Vec<_> = std::env::args_os().collect();
+fn escaped(words: Vec<OsString>) -> Vec<OsString> {
     let said = |word: &str| words.iter().any(|other| other == word);
     if said("bus") && said("write") { words.into_iter().map(bus::escape_negative).collect() } else { words }
 }
