@@ -560,7 +560,7 @@ fn the_detector_example_works_as_documented() {
     let trace = pipe(&mut python, block("csv", 0).as_bytes());
     assert_eq!((trace.status, trace.err.as_str()), (Some(0), ""), "{trace:?}");
     let output = believe(&[], &trace.out);
-    assert_eq!((output.status, output.out), (Some(0), block("text", 0)));
+    assert_eq!((output.status, output.out), (Some(0), block("text", 1)));
     // The format example of the page is valid.
     let output = believe(&[], block("json", 0));
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");

@@ -96,7 +96,7 @@ fn importing_an_invalid_file_changes_no_task() {
         assert_refused(&output, 2, &[&["learned.json"], words].concat());
         wording += &redacted(&output.err, &[(&files.path().display().to_string(), "[files]")]);
     };
-    assert_import_refused("{", &["line 1"]);
+    assert_import_refused("{", &[":1:1: "]);
     assert_import_refused(r#"{ "leo_tasks": 1, "tasks": [], "more": 1 }"#, &["`more`"]);
     assert_import_refused(r#"{ "leo_tasks": 2, "tasks": [] }"#, &["version 2"]);
     let mut nameless = exported();

@@ -67,8 +67,8 @@ impl Believe {
         drop(progress);
         match told {
             Ok((summary, instants)) => {
-                let Summary { observations, refused, .. } = &summary;
-                trace_quality::judge(&self.trace, &instants, *observations, refused)?;
+                let Summary { observations, refused, cut_short, .. } = &summary;
+                trace_quality::judge(&self.trace, &instants, *observations, refused, *cut_short)?;
                 Ok(ExitCode::SUCCESS)
             }
             Err(error @ OutputError::Unread(_)) => Err(CommandError::usage(error)),

@@ -197,8 +197,8 @@ impl Evaluate {
         let text = if self.json { output::to_json(&report.to_json())? } else { report.to_text() };
         output::print_beside(&outputs, &text)?;
         if let Some(trace) = &self.trace {
-            let Summary { observations, refused, instants, .. } = &summary;
-            trace_quality::judge(trace, instants, *observations, refused)?;
+            let Summary { observations, refused, instants, cut_short, .. } = &summary;
+            trace_quality::judge(trace, instants, *observations, refused, *cut_short)?;
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -245,8 +245,12 @@ impl OpenMemory {
         let text =
             File::open(file).and_then(|file| budget::read_text(file, "exported tasks", EXPORTED_BYTES));
         let text = text.map_err(|error| CommandError::usage(format!("cannot read {at}: {error}")))?;
-        let exported: Exported = serde_json::from_str(&text)
-            .map_err(|error| CommandError::usage(format!("{at}: {}", config::suggest(&error.to_string()))))?;
+        let exported: Exported = serde_json::from_str(&text).map_err(|error| {
+            let said = error.to_string();
+            let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
+            let (line, column) = (error.line(), error.column());
+            CommandError::usage(format!("{at}:{line}:{column}: {}", config::suggest(said)))
+        })?;
         if exported.leo_tasks != FORMAT {
             let found = exported.leo_tasks;
             return Err(CommandError::usage(format!(

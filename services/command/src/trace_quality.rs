@@ -58,7 +58,8 @@ impl Instants {
     }
 }
 
-/// Warns on standard error of what is suspicious of a trace that was read.
+/// Warns on standard error of what is suspicious of a trace that was read. Of one that is cut short, `is_cut`, the reader
+/// was warned already.
 ///
 /// # Errors
 ///
@@ -68,6 +69,7 @@ pub(crate) fn judge(
     instants: &Instants,
     used: u64,
     refused: &[Refusal],
+    is_cut: bool,
 ) -> Result<(), CommandError> {
     let name =
         if trace == Path::new("-") { "standard input".to_owned() } else { trace.display().to_string() };
@@ -75,7 +77,7 @@ pub(crate) fn judge(
         tracing::warn!("{name}: {advice}");
     }
     let all = refused.iter().map(|refusal| refusal.observations).sum::<u64>();
-    if instants.count == 0 && all == 0 {
+    if instants.count == 0 && all == 0 && !is_cut {
         tracing::warn!("{name}: it has no frames; is it the right file, and was all of it written?");
     }
     let Some(Refusal { reason, first, .. }) = refused.first().filter(|_| all > 0) else { return Ok(()) };
@@ -128,8 +130,9 @@ mod tests {
     #[test]
     fn only_a_trace_without_any_usable_observation_is_an_error() {
         let refused = [Refusal { reason: "no".to_owned(), observations: 1, first: "line 2".to_owned() }];
-        let judged =
-            |used, refused: &[Refusal]| judge(Path::new("a.jsonl"), &Instants::default(), used, refused);
+        let judged = |used, refused: &[Refusal]| {
+            judge(Path::new("a.jsonl"), &Instants::default(), used, refused, false)
+        };
         assert!(judged(0, &[]).is_ok() && judged(1, &refused).is_ok());
         let error = judged(0, &refused).unwrap_err();
         assert_eq!(
