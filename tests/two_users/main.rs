@@ -1,4 +1,4 @@
-//! Attacks by another user of the same machine. Needs root to act as two users.
+//! Attacks by another user of the same machine, and the robot of a user without rights. Needs root to act as two users.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::fs;
@@ -281,6 +281,52 @@ fn a_process_of_the_same_user_may_write_to_every_segment() {
         assert!(may_write(OTHER), "{path} cannot be written by its user");
         assert!(!may_write(OTHER - 1), "{path} can be written by another user");
     }
+}
+
+/// Programs that compute all the time; ended when dropped.
+struct BusyMachine(Vec<Child>);
+
+impl BusyMachine {
+    /// Three for each core: the robot's processes wait for tens of milliseconds.
+    fn new() -> Self {
+        let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let busy = || Command::new("/bin/sh").args(["-c", "while :; do :; done"]).spawn().expect("a shell");
+        Self((0..3 * cores).map(|_| busy()).collect())
+    }
+}
+
+impl Drop for BusyMachine {
+    fn drop(&mut self) {
+        for busy in &mut self.0 {
+            let _dead = busy.kill().and_then(|()| busy.wait());
+        }
+    }
+}
+
+#[test]
+fn a_user_without_rights_on_a_busy_machine_gets_two_warnings() {
+    if !is_root() {
+        return;
+    }
+    let place = Place::new("two-busy");
+    let program = place.program_for_all();
+    let state = place.files.path().join("state");
+    fs::create_dir(&state).expect("writes");
+    std::os::unix::fs::chown(&state, Some(OTHER), Some(OTHER)).expect("root may");
+    let _busy = BusyMachine::new();
+    let mut robot = Command::new(program);
+    robot.args(["run", "--for", "15", "--set", "console.address=none", "--domain"]).arg(&place.root);
+    robot.env_clear().env("XDG_STATE_HOME", state).uid(OTHER).gid(OTHER).current_dir("/");
+    let ended = robot.stdin(Stdio::null()).output().expect("starts");
+    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert!(ended.status.success(), "{:?}: {said}", ended.status);
+    let warnings: Vec<&str> = said.lines().filter(|line| line.contains(" WARN ")).collect();
+    let is_expected = |line: &&&str| {
+        line.contains("timing is not guaranteed")
+            || line.contains("the mock bus was starved of processor time")
+    };
+    let unexpected: Vec<_> = warnings.iter().filter(|line| !is_expected(line)).collect();
+    assert!(unexpected.is_empty() && (1..=2).contains(&warnings.len()), "{said}");
 }
 
 #[test]

@@ -2,6 +2,7 @@ use arrayvec::ArrayVec;
 use clock::{Duration, Instant};
 use invariant::{invariant, require};
 use message::BusHealth;
+use serial::LineLostError;
 use servo::table::{GOAL_POSITION, PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{Address, Id, Instruction, Reading, Status};
 
@@ -71,6 +72,8 @@ pub(crate) struct Bus {
     late: u32,
     /// Whether the line is lost.
     pub(crate) is_lost: bool,
+    /// Whether it is lost because its other end was closed.
+    pub(crate) has_hung_up: bool,
     /// What the bus counts itself; the faults of its servos are counted by joint.
     pub(crate) counts: BusHealth,
 }
@@ -213,11 +216,13 @@ impl Bus {
         self.counts.exchanges += 1;
         self.counts.corrupt += u64::from(replies.noisy);
         self.counts.late_bytes += u64::try_from(replies.late).unwrap_or(u64::MAX);
-        if replies.lost.is_some() {
+        if let Some(lost) = replies.lost {
             self.lose(now, joints);
+            self.has_hung_up = lost == LineLostError::HangUp;
         } else if !asked.is_empty() || job.is_some() {
             // The line counts as present again only after an exchange that expected answers.
             self.is_lost = false;
+            self.has_hung_up = false;
             self.silent = if replies.answers.is_empty() { self.silent.saturating_add(1) } else { 0 };
             let stale = self.counts.stale;
             let heard = self.process_measurements(now, joints, replies, &asked);

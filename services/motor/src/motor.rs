@@ -429,6 +429,11 @@ impl Motor {
         health
     }
 
+    /// Whether the line of a bus is lost because its other end was closed.
+    pub(crate) fn has_hung_up(&self, bus: usize) -> bool {
+        self.buses.get(bus).is_some_and(|bus| bus.has_hung_up)
+    }
+
     /// Whether the line of a bus is lost.
     #[must_use]
     pub fn is_lost(&self, bus: usize) -> bool {

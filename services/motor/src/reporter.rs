@@ -43,6 +43,10 @@ pub(crate) struct Reporter {
     /// Which joints are armed automatically.
     policy: Option<Policy>,
     tell_starved_at: Instant,
+    /// Whether the mock bus lacks real-time priority, so that all servos of a bus may be starved at once.
+    is_patient: bool,
+    /// By bus, whether the process at the other end closed the line.
+    has_hung_up: Vec<bool>,
 }
 
 /// Last state of a joint, whether it still has to be logged, and the fault that was logged.
@@ -57,12 +61,16 @@ struct Known {
 }
 
 impl Known {
-    /// Whether its servo did not answer in time, or got no instruction in time.
-    fn has_missed_exchanges(&self) -> bool {
-        matches!(
-            self.state,
-            Some((JointMode::Quarantined, JointCause::Silent) | (JointMode::Starting, JointCause::Watchdog))
-        )
+    /// Whether its servo did not answer in time, or got no instruction in time; with `or_lost`, also whether the whole bus
+    /// was not served in time.
+    fn has_missed_exchanges(&self, or_lost: bool) -> bool {
+        match self.state {
+            Some(
+                (JointMode::Quarantined, JointCause::Silent) | (JointMode::Starting, JointCause::Watchdog),
+            ) => true,
+            Some((JointMode::Quarantined, JointCause::BusLost)) => or_lost,
+            _ => false,
+        }
     }
 }
 
@@ -77,9 +85,16 @@ impl Reporter {
             known: joints.iter().map(|joint| Known { bus: joint.bus, ..Known::default() }).collect(),
             is_simulated: buses.iter().all(|bus| bus.device == Device::Mock),
             policy: Some(Policy::new(&robot.leo.motor, buses.iter().all(|bus| bus.device == Device::Mock))),
+            has_hung_up: vec![false; buses.len()],
             is_faultless_mock: buses.iter().map(|bus| is_faultless && bus.device == Device::Mock).collect(),
             ..Self::default()
         }
+    }
+
+    /// `is_patient`: the mock bus has no real-time priority, so that a whole bus may miss exchanges for lack of processor
+    /// time. The supervisor reports the end of its process.
+    pub(crate) fn with_patience(self, is_patient: bool) -> Self {
+        Self { is_patient, ..self }
     }
 
     pub(crate) fn update(&mut self, motor: &mut Motor, now: Instant) {
@@ -107,6 +122,9 @@ impl Reporter {
         }
         if !motor.is_stopped() {
             self.tell_disarmed(motor);
+        }
+        for (bus, has_hung_up) in self.has_hung_up.iter_mut().enumerate() {
+            *has_hung_up = motor.has_hung_up(bus);
         }
         let trouble = |index| motor.trouble(index);
         self.tell_joints(motor.states(), now, trouble, |line| tracing::warn!("{line}"));
@@ -220,12 +238,14 @@ impl Reporter {
             if self.is_faultless_mock.get(number) != Some(&true) {
                 continue;
             }
-            let is_whole_bus = explain_bus(self.known.iter().filter(|known| known.bus == number)).is_some();
+            let is_patient = self.is_patient && self.has_hung_up.get(number) != Some(&true);
+            let is_whole_bus =
+                !is_patient && explain_bus(self.known.iter().filter(|known| known.bus == number)).is_some();
             let of_bus = self.known.iter_mut().enumerate().filter(|(_, known)| known.bus == number);
             for (index, known) in of_bus {
                 if is_whole_bus {
                     known.is_starved = false;
-                } else if known.is_new && known.has_missed_exchanges() && trouble(index).is_none() {
+                } else if known.is_new && known.has_missed_exchanges(is_patient) && trouble(index).is_none() {
                     known.is_new = false;
                     known.trouble = None;
                     known.is_starved = true;
@@ -442,6 +462,25 @@ mod tests {
         let by_name = mixed.iter().any(|line| line.starts_with(&format!("{name} is quarantined")));
         assert!(by_name && mixed.iter().any(|line| line.contains("starved")), "{mixed:?}");
         insta::assert_snapshot!(starved[0]);
+    }
+
+    #[test]
+    fn without_priority_a_lost_mock_bus_is_starved_unless_it_hung_up() {
+        let robot = Robot::load(None).unwrap();
+        let told = |hung_up: bool| {
+            let mut reporter = Reporter::new(&robot, false).with_patience(true);
+            reporter.has_hung_up.fill(hung_up);
+            let mut told = Vec::new();
+            let lost = |index| JointState::unread(index, JointMode::Quarantined, JointCause::BusLost);
+            let states = (0..).take(robot.motor.joints.len()).map(lost);
+            reporter.tell_joints(states, Instant::EPOCH, |_| None, |line| told.push(line.to_string()));
+            told
+        };
+        let starved = told(false);
+        assert!(starved.len() == 1 && starved[0].contains("65 simulated servos"), "{starved:?}");
+        let ended = told(true);
+        assert_eq!(ended.len(), robot.motor.buses.len(), "{ended:?}");
+        assert!(ended.iter().all(|line| line.contains("its serial line is lost")), "{ended:?}");
     }
 
     #[test]

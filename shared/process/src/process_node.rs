@@ -119,6 +119,12 @@ impl ProcessNode {
         &self.node
     }
 
+    /// Whether real-time priority was requested and not granted.
+    #[must_use]
+    pub const fn lacks_priority(&self) -> bool {
+        self.health.missing_rights & realtime::SCHEDULING != 0
+    }
+
     /// Opens the publisher of a topic.
     ///
     /// # Errors

@@ -27,7 +27,7 @@ pub use huge_pages::use_huge_pages;
 pub use parent::{
     ParentError, die_with_parent, is_parent, prefer_out_of_memory_kill, set_process_name, stop_with_parent,
 };
-pub use report::{MEMORY, Refusal, Report, advice, grants};
+pub use report::{MEMORY, Refusal, Report, SCHEDULING, advice, grants};
 pub use rights::apply;
 pub use serial_workers::{SerialWorkers, SerialWorkersError};
 pub use wall_clock::is_wall_clock_synchronised;

@@ -2,7 +2,8 @@ use std::fmt;
 
 use rustix::io::Errno;
 
-const SCHEDULING: u64 = 1;
+/// The bit of real-time priority in the missing rights.
+pub const SCHEDULING: u64 = 1;
 const AFFINITY: u64 = 2;
 /// The bit of locked memory in the missing rights.
 pub const MEMORY: u64 = 4;

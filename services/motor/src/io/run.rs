@@ -1,5 +1,6 @@
 use clock::{Duration, Instant};
 use config::Robot;
+use config::motor::Device;
 use invariant::require;
 use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointStates, Process};
 use process::arming::Arming;
@@ -16,6 +17,11 @@ use crate::reporter::Reporter;
 const END_WITHIN: Duration = Duration::from_secs(1);
 /// Time after which the orderly end switches torque off even if joints still move, so that no torque is left on.
 const LET_GO_AFTER: Duration = Duration::from_millis(750);
+/// Reply timeout of the mock bus where the machine gives no real-time priority. A busy laptop lets a process wait for
+/// tens of milliseconds.
+const PATIENT_REPLY_TIMEOUT: Duration = Duration::from_millis(250);
+/// Number of consecutive cycles after which such a bus is lost: two seconds at 250 Hz.
+const PATIENT_CYCLES: u32 = 500;
 
 /// Runs the motor process until it is told to stop. Then the joints decelerate and hold, and torque goes off.
 ///
@@ -32,12 +38,15 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
     let parents = kinematics::nearest_ancestors(&robot.urdf, &names).map_err(ProcessError::own)?;
     let mut motor = Motor::new(&robot.motor, &leo.motor).map_err(ProcessError::own)?.with_parents(&parents);
-    let mut reporter = Reporter::new(robot, launch.campaign.is_some());
+    let is_patient = waits_for_mock_bus(&member, launch, robot);
+    let mut reporter = Reporter::new(robot, launch.campaign.is_some()).with_patience(is_patient);
     let period = leo.motor.rate_hz.period();
     let step_timeout = leo.supervisor.step_timeout_ms.duration();
     // In lockstep a slow machine must not look like a silent servo.
     let reply_timeout = if launch.lockstep {
         (step_timeout / 4, step_timeout / 4)
+    } else if is_patient {
+        (PATIENT_REPLY_TIMEOUT, PATIENT_REPLY_TIMEOUT)
     } else {
         (leo.motor.reply_timeout_ms.duration(), 2 * period)
     };
@@ -51,6 +60,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let mut threads =
         BusThreads::start(buses, &launch.domain, reply_timeout, until, !launch.lockstep, &emergency_flag)
             .map_err(ProcessError::own)?;
+    if is_patient {
+        threads = threads.with_max_skipped(PATIENT_CYCLES);
+    }
     let mut health_publisher = HealthPublisher::new(member.board()?, member.board()?, robot);
     let mut failed = None;
     member.begin(Some(period))?;
@@ -102,6 +114,16 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     tracing::debug!(stale = motor.counts().stale, "the motor stops");
     ending::leave((member, goals, states, health_publisher), launch);
     failed.map_or(Ok(()), Err)
+}
+
+/// Whether the answers of the mock buses are waited for as long as an overloaded machine may need: no servo is real, no
+/// fault is injected, and the processes have no real-time priority. Then a missing answer has one cause only.
+fn waits_for_mock_bus(member: &ProcessNode, launch: &Launch, robot: &Robot) -> bool {
+    !launch.lockstep
+        && launch.campaign.is_none()
+        && robot.leo.mock_bus.faults.is_empty()
+        && robot.motor.buses.iter().all(|bus| bus.device == Device::Mock)
+        && member.lacks_priority()
 }
 
 /// Publishes the state of every joint.

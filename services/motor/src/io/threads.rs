@@ -16,8 +16,8 @@ use crate::{Line, Master, Motor, Port, Replies, Request};
 
 /// A bus thread without a request for this long checks the emergency stop by itself.
 const IDLE_TIMEOUT: Duration = Duration::from_millis(20);
-/// A bus that is still busy after this many consecutive cycles is lost until it returns, and the body stops: its
-/// device hangs. At 250 Hz that is half of the timeout of the servos' bus watchdogs. Ten cycles would be too few: an
+/// Default of the number of consecutive cycles after which a bus that is still busy is lost until it returns, and the
+/// body stops: its device hangs. At 250 Hz that is half of the timeout of the servos' bus watchdogs. Ten cycles would be too few: an
 /// overloaded machine now and then makes a thread miss that many.
 const MAX_SKIPPED: u32 = 25;
 
@@ -26,6 +26,8 @@ const MAX_SKIPPED: u32 = 25;
 #[derive(Debug)]
 pub struct BusThreads {
     workers: Vec<BusWorker>,
+    /// A bus that is still busy after this many consecutive cycles is lost.
+    max_skipped: u32,
 }
 
 #[derive(Debug)]
@@ -162,7 +164,14 @@ impl BusThreads {
             .iter()
             .zip(ports)
             .map(|(bus, port)| BusWorker::start(bus, port, reply_timeout, emergency_flag.clone()));
-        Ok(Self { workers: workers.collect::<Result<_, _>>()? })
+        Ok(Self { workers: workers.collect::<Result<_, _>>()?, max_skipped: MAX_SKIPPED })
+    }
+
+    /// The same threads with another number of consecutive cycles after which a busy bus is lost, in place of 25.
+    #[must_use]
+    pub(crate) fn with_max_skipped(mut self, max_skipped: u32) -> Self {
+        self.max_skipped = max_skipped;
+        self
     }
 
     /// By bus, the number of requests skipped because the bus was busy, and the durations of the exchanges.
@@ -191,7 +200,7 @@ impl BusThreads {
             let Some(mut exchange) = end.exchange.take() else {
                 end.skipped += 1;
                 end.away = end.away.saturating_add(1);
-                if end.away == MAX_SKIPPED {
+                if end.away == self.max_skipped {
                     motor.lose(bus, now);
                 }
                 continue;

@@ -140,7 +140,7 @@ fn servos_stop_by_themselves_after_the_commander_died() {
         assert!(clock::now() < give_up, "they do not move");
     }
     // The commander disappears during the motion.
-    rig.threads = BusThreads { workers: Vec::new() };
+    rig.threads = BusThreads { workers: Vec::new(), max_skipped: MAX_SKIPPED };
     let silent_since = clock::now();
     // Any instruction on the bus would reset the watchdog. So nothing is sent during its timeout and the time a servo
     // needs to stop.
