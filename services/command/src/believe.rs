@@ -1,7 +1,7 @@
 //! `leo believe`: runs a recorded trace through perception and belief, and prints the result.
 
 use std::fs::File;
-use std::io::{BufWriter, ErrorKind, Read, StdoutLock, Write as _, stdin, stdout};
+use std::io::{BufWriter, Read, StdoutLock, Write as _, stdin, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -72,11 +72,7 @@ impl Believe {
                 Ok(ExitCode::SUCCESS)
             }
             Err(error @ OutputError::Unread(_)) => Err(CommandError::usage(error)),
-            // A closed pipe means that the reader has seen enough.
-            Err(OutputError::Unwritten(error)) if error.kind() == ErrorKind::BrokenPipe => {
-                Ok(ExitCode::SUCCESS)
-            }
-            Err(error @ OutputError::Unwritten(_)) => Err(CommandError::runtime(error)),
+            Err(OutputError::Unwritten(error)) => Err(CommandError::output(&error)),
         }
     }
 

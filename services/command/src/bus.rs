@@ -77,7 +77,7 @@ enum BusCommand {
         #[arg(value_name = "[JOINT] [ITEM]...")]
         words: Vec<String>,
         /// The servo's identifier on the one bus that --bus or --device names
-        #[arg(long, value_name = "N")]
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=252))]
         id: Option<u8>,
     },
     /// Write an item of a servo's control table; `JOINT goal_position 10deg` moves the joint slowly to that angle,
@@ -88,7 +88,7 @@ enum BusCommand {
         #[arg(value_name = "[JOINT] ITEM VALUE", allow_negative_numbers = true, required = true)]
         words: Vec<String>,
         /// The servo's identifier on the one bus that --bus or --device names
-        #[arg(long, value_name = "N")]
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=252))]
         id: Option<u8>,
         #[command(flatten)]
         raw: RawArgs,

@@ -80,7 +80,8 @@ impl Check {
         drop(progress);
         let holds = checked.map_err(|error| match error {
             CheckError::Config(_) => CommandError::usage(error),
-            CheckError::Apply(_) | CheckError::Write(_) => CommandError::runtime(error),
+            CheckError::Write(error) => CommandError::output(&error),
+            CheckError::Apply(_) => CommandError::runtime(error),
         })?;
         Ok(ExitCode::from(u8::from(!holds)))
     }

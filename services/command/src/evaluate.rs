@@ -9,7 +9,7 @@ mod picture;
 mod report;
 mod truth;
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{BufReader, BufWriter};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -151,21 +151,17 @@ struct Prepared {
 impl Evaluate {
     /// An output file, which is not one that is read.
     fn output(&self, file: &Path) -> Result<Output, CommandError> {
-        let canonical = |file: &Path| fs::canonicalize(file).ok();
         let inputs = [self.trace.as_deref(), self.detections.as_deref(), Some(self.truth.as_path())];
-        if let Some(to) = canonical(file)
-            && inputs.into_iter().flatten().any(|input| canonical(input).as_ref() == Some(&to))
-        {
-            return Err(CommandError::usage(format!(
-                "{} is read by this command, and would be written over: name another file",
-                file.display()
-            )));
-        }
-        self.force.named(file)
+        let configuration = config::read_files(self.config.as_deref());
+        let inputs = inputs.into_iter().flatten().chain(configuration.iter().map(PathBuf::as_path));
+        self.force.named_apart(file, inputs)
     }
 
     /// Runs the trace through the belief systems, compares, and prints the measures.
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        if self.save_hypotheses.is_some() && self.save_hypotheses == self.save_trace {
+            return Err(CommandError::usage("--save-trace and --save-hypotheses need two files"));
+        }
         let files = [&self.save_hypotheses, &self.save_trace].into_iter().flatten();
         let outputs = files.map(|file| self.output(file)).collect::<Result<Vec<_>, _>>()?;
         let mut robot = self.set.robot(self.config.as_deref())?;

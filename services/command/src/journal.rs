@@ -73,13 +73,16 @@ fn filter_fault(demanded: &str) -> Option<String> {
         // A span's fields are in brackets, and may have their own `=`.
         let (target, level) = part.rsplit_once(']').map_or(part, |(_, rest)| rest).split_once('=').unzip();
         let word = level.unwrap_or(part);
-        if !part.contains('[') && (!is_level(word) || target.is_some_and(|target| target.trim().is_empty())) {
+        if target.is_some_and(|target| target.trim().is_empty()) {
+            return Some(format!("no part of the program is named before the `=` of `{part}`"));
+        }
+        if !part.contains('[') && !is_level(word) {
             let near = config::closest(word, LEVELS);
             let near = near.map_or_else(String::new, |level| format!("; did you mean `{level}`?"));
             return Some(format!("`{word}` is no level{near}"));
         }
     }
-    EnvFilter::try_new(demanded).err().map(|error| error.to_string())
+    EnvFilter::try_new(demanded).err().map(|_library| format!("`{demanded}` is no filter"))
 }
 
 /// Whether standard error is the journal. `JOURNAL_STREAM` names the journal's stream, but it is inherited by child

@@ -8,7 +8,7 @@ mod vocabulary;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufReader, BufWriter, ErrorKind, Write as _, stdin, stdout};
+use std::io::{BufReader, BufWriter, Write as _, stdin, stdout};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -81,11 +81,8 @@ impl Learn {
         settings.noise = self.noise.unwrap_or(settings.noise);
         let examples = read(&self.examples).map_err(CommandError::usage)?;
         match self.tell(&examples, &settings, &robot.leo.belief.names) {
-            // A closed pipe means that the reader has seen enough.
-            Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-                Err(CommandError::runtime(format!("cannot write to standard output: {error}")))
-            }
-            Ok(()) | Err(_) => Ok(ExitCode::SUCCESS),
+            Err(error) => Err(CommandError::output(&error)),
+            Ok(()) => Ok(ExitCode::SUCCESS),
         }
     }
 

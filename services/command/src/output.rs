@@ -1,5 +1,6 @@
 //! Printing of the commands' results.
 
+use std::fs;
 use std::io::{IsTerminal as _, Write as _};
 use std::path::Path;
 
@@ -28,6 +29,23 @@ impl Force {
             .check()
             .map_err(|error| CommandError::usage(format!("cannot write {}: {error}", file.display())))?;
         Ok(output)
+    }
+
+    /// As [`Self::named`], and refuses a file that the command reads: it would be lost.
+    pub(crate) fn named_apart<'a>(
+        self,
+        file: &Path,
+        inputs: impl IntoIterator<Item = &'a Path>,
+    ) -> Result<Output, CommandError> {
+        if let Ok(to) = fs::canonicalize(file)
+            && inputs.into_iter().any(|input| fs::canonicalize(input).is_ok_and(|input| input == to))
+        {
+            return Err(CommandError::usage(format!(
+                "{} is read by this command, and would be written over: name another file",
+                file.display()
+            )));
+        }
+        self.named(file)
     }
 
     /// The same, checked only when it is created.
@@ -125,7 +143,5 @@ pub(crate) fn to_json(value: &(impl serde::Serialize + ?Sized)) -> Result<String
 /// Prints text as it is.
 pub(crate) fn print(text: &str) -> Result<(), CommandError> {
     let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())
-        .and_then(|()| out.flush())
-        .map_err(|error| CommandError::runtime(format!("cannot write to standard output: {error}")))
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| CommandError::output(&error))
 }

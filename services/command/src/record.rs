@@ -85,7 +85,9 @@ impl Record {
         let domain = domain::running(self.domain.as_deref())?;
         // Check the layouts before creating a file that would stay empty.
         domain.check_layouts().map_err(CommandError::runtime)?;
-        let to = self.force.named(file)?;
+        let configuration = config::read_files(self.config.as_deref());
+        let inputs = self.lesson.iter().chain(&configuration).map(PathBuf::as_path);
+        let to = self.force.named_apart(file, inputs)?;
         let stop = process::stop_flag().map_err(CommandError::runtime)?;
         let recorder = match self.last {
             None => Recorder::start(&domain, subject, &to),

@@ -59,18 +59,13 @@ fn speed(text: &str) -> Result<f64, String> {
 impl Replay {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
         let name = self.file.display();
-        let canonical = |file: &PathBuf| fs::canonicalize(file).ok();
-        if let Some(to) = self.record.as_ref().and_then(canonical)
-            && Some(to) == canonical(&self.file)
-        {
-            return Err(CommandError::usage("--record would write over what is played: name another file"));
-        }
         if let (Some(from), Some(to)) = (self.from, self.to)
             && to <= from
         {
             return Err(CommandError::usage("--to must be after --from: nothing lies between them"));
         }
-        let outputs = Vec::from_iter(self.force.named_if(self.record.as_deref())?);
+        let output = self.record.as_deref().map(|to| self.force.named_apart(to, [self.file.as_path()]));
+        let outputs = Vec::from_iter(output.transpose()?);
         let file = fs::File::open(&self.file)
             .map_err(|error| CommandError::usage(format!("cannot read {name}: {error}")))?;
         // With --speed the command prints as it goes.

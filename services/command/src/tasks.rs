@@ -1,6 +1,7 @@
 //! `leo tasks`: lists, shows, exports, imports and forgets learned tasks.
 
 use std::fs::File;
+use std::io::stdin;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -68,7 +69,7 @@ enum What {
     },
     /// Import exported tasks: all of them or, if a task is known already, none
     Import {
-        /// The file
+        /// The file; `-` is standard input
         file: PathBuf,
         /// Replace known tasks of the same names
         #[arg(long)]
@@ -112,21 +113,23 @@ impl What {
 
 impl Tasks {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        // An invalid configuration is refused before anything is done.
+        let robot = self.robot()?;
         let state = self.state_directory()?;
         if self.what.writes() {
             process::state::prepare(&state).map_err(CommandError::usage)?;
         }
         let mut memory = OpenMemory::open(&state)?;
         match &self.what {
-            What::List { json } => self.list(&memory, *json)?,
+            What::List { json } => self.list(&memory, &robot, *json)?,
             What::Show { name, json } => {
                 let task = memory.task(name)?;
-                let (report, question) = (self.report(task)?, self.question(task)?);
+                let (report, question) = (report(task, &robot)?, question(task, &robot)?);
                 if *json {
                     output::print_json(&TaskReport { report, question })?;
                 } else {
                     let asks = question.map(|text| format!("  Leo would ask: {text}\n")).unwrap_or_default();
-                    output::print(&(report.to_text(&self.robot()?.leo.belief.names) + &asks))?;
+                    output::print(&(report.to_text(&robot.leo.belief.names) + &asks))?;
                 }
             }
             What::Forget { name } => {
@@ -162,36 +165,18 @@ impl Tasks {
             return Ok(state.clone());
         }
         Err(CommandError::usage(format!(
-            "--state {}: there is no such directory; name the one that `leo run --state` has",
+            "--state {}: there is no such directory; name that of the robot: $XDG_STATE_HOME/leo, or ~/.local/state/leo",
             state.display()
         )))
-    }
-
-    fn report(&self, task: &Task) -> Result<LessonReport, CommandError> {
-        let (vocabulary, settings) = self.settings()?;
-        let mut report = LessonReport::default();
-        replay_events(&vocabulary.language, task, &settings).iter().for_each(|event| report.add(event));
-        Ok(report)
-    }
-
-    fn question(&self, task: &Task) -> Result<Option<String>, CommandError> {
-        let (vocabulary, settings) = self.settings()?;
-        Ok(open_question(&vocabulary.language, task, &settings))
     }
 
     fn robot(&self) -> Result<Robot, CommandError> {
         self.set.robot(self.config.as_deref())
     }
 
-    fn settings(&self) -> Result<(Vocabulary, Settings), CommandError> {
-        let robot = self.robot()?;
-        let vocabulary = Vocabulary::of(&robot.percepts).map_err(CommandError::usage)?;
-        Ok((vocabulary, learning(&robot.leo.learner)))
-    }
-
-    fn list(&self, memory: &OpenMemory, json: bool) -> Result<(), CommandError> {
+    fn list(&self, memory: &OpenMemory, robot: &Robot, json: bool) -> Result<(), CommandError> {
         let known = memory.tasks.iter().map(|task| {
-            let report = self.report(task)?;
+            let report = report(task, robot)?;
             let rule = report.tasks.first().and_then(|task| task.rule.as_ref()).map(|rule| rule.name.clone());
             Ok(TaskSummary { name: task.name.clone(), examples: task.examples.len(), rule })
         });
@@ -213,6 +198,24 @@ impl Tasks {
 
 fn examples(count: usize) -> String {
     counted(saturating_u32(count), "example")
+}
+
+fn report(task: &Task, robot: &Robot) -> Result<LessonReport, CommandError> {
+    let (vocabulary, settings) = learned_with(robot)?;
+    let mut report = LessonReport::default();
+    replay_events(&vocabulary.language, task, &settings).iter().for_each(|event| report.add(event));
+    Ok(report)
+}
+
+fn question(task: &Task, robot: &Robot) -> Result<Option<String>, CommandError> {
+    let (vocabulary, settings) = learned_with(robot)?;
+    Ok(open_question(&vocabulary.language, task, &settings))
+}
+
+/// What the robot's learner works with.
+fn learned_with(robot: &Robot) -> Result<(Vocabulary, Settings), CommandError> {
+    let vocabulary = Vocabulary::of(&robot.percepts).map_err(CommandError::usage)?;
+    Ok((vocabulary, learning(&robot.leo.learner)))
 }
 
 /// The opened memory.
@@ -242,20 +245,27 @@ impl OpenMemory {
     /// Imports all tasks of a file or none; returns their names.
     fn import(&mut self, file: &Path, replace: bool) -> Result<Vec<String>, CommandError> {
         let at = file.display();
-        let text =
-            File::open(file).and_then(|file| budget::read_text(file, "exported tasks", EXPORTED_BYTES));
+        let text = if file == Path::new("-") {
+            budget::read_text(stdin().lock(), "exported tasks", EXPORTED_BYTES)
+        } else {
+            File::open(file).and_then(|file| budget::read_text(file, "exported tasks", EXPORTED_BYTES))
+        };
         let text = text.map_err(|error| CommandError::usage(format!("cannot read {at}: {error}")))?;
-        let exported: Exported = serde_json::from_str(&text).map_err(|error| {
-            let said = error.to_string();
-            let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
-            let (line, column) = (error.line(), error.column());
-            CommandError::usage(format!("{at}:{line}:{column}: {}", config::suggest(said)))
-        })?;
+        let exported: Exported =
+            serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| {
+                let said = error.to_string();
+                let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
+                let (line, column) = (error.line(), error.column().max(1));
+                CommandError::usage(format!("{at}:{line}:{column}: {}", config::suggest(said)))
+            })?;
         if exported.leo_tasks != FORMAT {
             let found = exported.leo_tasks;
             return Err(CommandError::usage(format!(
                 "{at} is of version {found} of the format, and this program knows {FORMAT}: use a newer one"
             )));
+        }
+        if exported.tasks.is_empty() {
+            return Err(CommandError::usage(format!("{at}: there are no tasks in it")));
         }
         let known = exported.tasks.iter().find(|task| self.task(&task.name).is_ok());
         if let Some(known) = known.filter(|_| !replace) {

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use config::Files;
 use config::lesson::Lesson;
+use folder::Output;
 use recording::{Subject, Time, robot_pose};
 use supervisor_process::{LessonOptions, Record};
 
@@ -74,7 +75,7 @@ impl Teach {
             lessons.push((file, lesson));
         }
         let mut reports = Vec::new();
-        let outputs = Vec::from_iter(self.force.named_if(self.record.as_deref())?);
+        let outputs = Vec::from_iter(self.output()?);
         for (file, lesson) in lessons {
             let teaching = LessonOptions {
                 domain: domain::own()?,
@@ -92,6 +93,13 @@ impl Teach {
         Ok(ExitCode::SUCCESS)
     }
 
+    /// The file of the recording, if requested.
+    fn output(&self) -> Result<Option<Output>, CommandError> {
+        let configuration = config::read_files(self.config.as_deref());
+        let inputs = || self.lessons.iter().chain(&configuration).map(PathBuf::as_path);
+        self.record.as_deref().map(|to| self.force.named_apart(to, inputs())).transpose()
+    }
+
     /// The recording to make of a lesson, if requested.
     fn recorded(
         &self,
@@ -99,7 +107,7 @@ impl Teach {
         lesson: &Lesson,
         partners: Option<u32>,
     ) -> Result<Option<Record>, CommandError> {
-        let Some(output) = self.force.named_if(self.record.as_deref())? else { return Ok(None) };
+        let Some(output) = self.output()? else { return Ok(None) };
         let x_world_base = robot_pose(lesson);
         let subject = Subject::of(files, Time::Lockstep, partners, x_world_base, &output::program());
         Ok(Some(Record { output, subject: subject.map_err(CommandError::usage)? }))

@@ -59,8 +59,24 @@ pub fn encoding_fault(bytes: &[u8]) -> Option<String> {
     }
 }
 
+/// How files begin that are no text, what they are, and what to do.
+const BINARY: [(&[u8], &str); 6] = [
+    (&[0x1f, 0x8b], "compressed by gzip: unpack it with `gunzip`"),
+    (&[0x28, 0xb5, 0x2f, 0xfd], "compressed by zstd: unpack it with `unzstd`"),
+    (b"BZh", "compressed by bzip2: unpack it with `bunzip2`"),
+    (&[0xfd, b'7', b'z', b'X', b'Z', 0], "compressed by xz: unpack it with `unxz`"),
+    (b"PK\x03\x04", "a zip archive: unpack it with `unzip`"),
+    (&[0x89, b'M', b'C', b'A', b'P'], "an MCAP file, and a text is needed here: is it the right file?"),
+];
+
 /// That a text is not UTF-8 from an offset on.
 fn no_utf8_from(bytes: &[u8], offset: usize) -> String {
+    if let Some((_, kind)) = BINARY.iter().find(|(begin, _)| bytes.starts_with(begin)) {
+        return format!("is no text, but {kind}");
+    }
+    if bytes.contains(&0) {
+        return "is no text, but binary: is it the right file?".to_owned();
+    }
     let byte = bytes.get(offset).copied().unwrap_or_default();
     format!(
         "is not UTF-8: it has the byte 0x{byte:02x}, as a letter with an accent in Latin-1 (ISO 8859-1) has; save it as \

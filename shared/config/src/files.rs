@@ -28,6 +28,13 @@ pub struct FileSource {
     pub path: Option<PathBuf>,
 }
 
+/// The paths of the files that are read for `leo` (a `leo.toml`); none without it.
+#[must_use]
+pub fn read_files(leo: Option<&Path>) -> Vec<PathBuf> {
+    let files = Files { leo: leo.map(Path::to_owned), texts: Vec::new() };
+    ALL.into_iter().filter_map(|(name, _)| files.place(name)).collect()
+}
+
 /// The file names, each with the text built into the executable.
 const ALL: [(&str, &str); 5] = [
     ("leo.toml", builtin::LEO),

@@ -24,7 +24,7 @@ mod robot;
 mod test_support;
 mod unread;
 
-pub use files::{FileSource, Files};
+pub use files::{FileSource, Files, read_files};
 pub use load::{load, text};
 pub use migrated::Migration;
 pub use names::Names;

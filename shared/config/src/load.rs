@@ -1,4 +1,5 @@
 use std::path::Path;
+use std::{fs, io};
 
 use serde::de::DeserializeOwned;
 use settings::{SettingsError, parse};
@@ -18,7 +19,19 @@ pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, SettingsError> {
 ///
 /// The file cannot be read, is not UTF-8, or exceeds the size limit for configuration files.
 pub fn text(file: &Path) -> Result<String, SettingsError> {
-    budget::text(file).map_err(|source| SettingsError::Read { file: file.to_owned(), source })
+    budget::text(file)
+        .map_err(|source| SettingsError::Read { file: file.to_owned(), source: told(file, source) })
+}
+
+/// The error of reading a file; for a link to a missing file, where it leads.
+fn told(file: &Path, source: io::Error) -> io::Error {
+    match fs::read_link(file) {
+        Ok(target) if source.kind() == io::ErrorKind::NotFound => io::Error::new(
+            io::ErrorKind::NotFound,
+            format!("it is a link to {}, which does not exist", target.display()),
+        ),
+        Ok(_) | Err(_) => source,
+    }
 }
 
 #[cfg(test)]

@@ -59,11 +59,13 @@ impl Robot {
             leo.sensor.source.iter_mut().for_each(|source| source.relative_to(folder));
             leo.link.relative_to(folder);
         }
-        let hinted = |error| with_migration_hint(error, files.leo().unwrap_or(&leo_file));
-        let percepts = Percepts::parse(percepts.0, &percepts.1).map_err(hinted)?;
+        let hinted = |error| with_migration_hint(error, files.leo().unwrap_or(&leo_file), true);
+        // The migration adds no key to these files.
+        let renamed = |error| with_migration_hint(error, files.leo().unwrap_or(&leo_file), false);
+        let percepts = Percepts::parse(percepts.0, &percepts.1).map_err(renamed)?;
         check_perceivable(&leo, &percepts, leo_text, &leo_file)?;
         let perspective = parse(perspective.0, &perspective.1).map_err(hinted)?;
-        let motor = motor::parse(motor.0, &motor.1).map_err(hinted)?;
+        let motor = motor::parse(motor.0, &motor.1).map_err(renamed)?;
         check_groups(&leo, &motor, leo_text, &leo_file)?;
         Ok(Self { leo, percepts, perspective, motor, urdf: files.file("leo.urdf").0.to_owned() })
     }
@@ -71,7 +73,9 @@ impl Robot {
     /// The path of a sibling file of `leo` (a `leo.toml`); `None` if the built-in file is used instead.
     #[must_use]
     pub fn sibling_file(leo: Option<&Path>, name: &str) -> Option<PathBuf> {
-        leo.and_then(Path::parent).map(|folder| folder.join(name)).filter(|file| file.exists())
+        // A link to a missing file is there, and an error to be reported.
+        let is_there = |file: &PathBuf| file.symlink_metadata().is_ok();
+        leo.and_then(Path::parent).map(|folder| folder.join(name)).filter(is_there)
     }
 
     /// An error about a joint limit in the `motor.toml` beside `leo` (a `leo.toml`), for checks against another file.
@@ -151,10 +155,11 @@ impl Robot {
 }
 
 /// Adds a hint to an error about a missing or renamed key: the command that migrates the file, see [`Robot::migrated`].
-fn with_migration_hint(mut error: SettingsError, leo: &Path) -> SettingsError {
+/// `adds`: whether it adds missing keys to this file.
+fn with_migration_hint(mut error: SettingsError, leo: &Path, adds: bool) -> SettingsError {
     if let SettingsError::Invalid { reason, .. } = &mut error {
         let migrate = format!("`leo check --config {} --migrate`", leo.display());
-        if reason.starts_with("missing field") {
+        if adds && reason.starts_with("missing field") {
             *reason += &format!("; is it an older file? {migrate} adds it");
         } else if settings::renaming(reason).is_some() {
             *reason += &format!("; {migrate} renames it");
@@ -165,7 +170,7 @@ fn with_migration_hint(mut error: SettingsError, leo: &Path) -> SettingsError {
 
 /// Parses a `leo.toml` and checks the constraints between its values.
 fn parse_and_validate(text: &str, file: &Path) -> Result<Leo, SettingsError> {
-    let leo: Leo = parse(text, file).map_err(|error| with_migration_hint(error, file))?;
+    let leo: Leo = parse(text, file).map_err(|error| with_migration_hint(error, file, true))?;
     let (goals, patience) = (leo.learner.goal_rate_hz.period(), leo.motor.command_timeout_ms.duration());
     if 2 * goals > patience {
         let at = text.find("command_timeout_ms").unwrap_or(0);

@@ -47,7 +47,7 @@ const MAX_FILES: usize = 1000;
 pub(crate) fn unread(leo: &Path) -> Vec<UnreadFile> {
     let folder = leo.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(|| ".".as_ref());
     let Ok(entries) = fs::read_dir(folder) else { return Vec::new() };
-    let is_there = |name: &str| leo.with_file_name(name).exists();
+    let is_there = |name: &str| leo.with_file_name(name).symlink_metadata().is_ok();
     let mut files: Vec<UnreadFile> = entries
         .flatten()
         .take(MAX_FILES)

@@ -23,6 +23,12 @@ pub enum OutputError {
     /// A file of that name exists.
     #[error("it exists already, and is kept; name another file, or add --force to replace it")]
     Exists,
+    /// It is a directory.
+    #[error("it is a directory; name a file in it")]
+    Directory,
+    /// The folder that it is to be in does not exist.
+    #[error("its folder does not exist; make it, or name another file")]
+    NoFolder,
     /// It is a named pipe that no process has opened to read.
     #[error("it is a pipe that no program reads: start the program that reads it first")]
     NoReader,

@@ -60,7 +60,7 @@ impl Output {
     ///
     /// # Errors
     ///
-    /// It is a symbolic link, or exists and is to be kept.
+    /// It is a symbolic link or a directory, exists and is to be kept, or its folder does not exist.
     pub fn check(&self) -> Result<(), OutputError> {
         match &self.location {
             Location::In { folder, name } => {
@@ -73,7 +73,9 @@ impl Output {
             Location::Named(_) if is_open_descriptor(&self.path) => Ok(()),
             Location::Named(existing) => match fs::symlink_metadata(&self.path) {
                 Ok(there) if there.is_symlink() => Err(OutputError::Link),
+                Ok(there) if there.is_dir() => Err(OutputError::Directory),
                 Ok(there) if there.is_file() && *existing == Existing::Keep => Err(OutputError::Exists),
+                Err(error) if is_folder_missing(&self.path, &error) => Err(OutputError::NoFolder),
                 // Any other error is that of creating it.
                 Ok(_) | Err(_) => Ok(()),
             },
@@ -167,6 +169,13 @@ impl Output {
             options(OpenOptions::new().truncate(true))
         }
     }
+}
+
+/// Whether a file cannot be found because its folder does not exist, or is no folder.
+fn is_folder_missing(path: &Path, error: &io::Error) -> bool {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    error.kind() == ErrorKind::NotADirectory
+        || error.kind() == ErrorKind::NotFound && folder.is_some_and(|folder| !folder.is_dir())
 }
 
 fn is_standard_output(path: &Path) -> bool {

@@ -92,7 +92,7 @@ fn syntax(message: &str) -> Option<&'static str> {
         }
         "invalid unicode code point"
         | "lone leading surrogate in hex escape"
-        | "unexpected end of hex escape" => "the `\\u` in this text is no character",
+        | "unexpected end of hex escape" => "a character of this text is none: its `\\u`, or its bytes",
         "control character (\\u0000-\\u001F) found while parsing a string" => {
             "a text cannot have a line end, a tab or another control character in it: write `\\n` or `\\t`"
         }

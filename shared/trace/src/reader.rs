@@ -66,7 +66,8 @@ pub struct Truncation {
 impl fmt::Display for Truncation {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { bytes, incomplete_at, frames } = *self;
-        write!(out, "the trace is cut short after {bytes} bytes, as by a killed writer: ")?;
+        let noun = if bytes == 1 { "byte" } else { "bytes" };
+        write!(out, "the trace is cut short after {bytes} {noun}, as by a killed writer: ")?;
         match frames {
             0 => write!(out, "it has no whole frame")?,
             1 => write!(out, "1 whole frame was read")?,

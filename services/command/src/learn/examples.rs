@@ -129,17 +129,22 @@ impl Examples {
         let file = |source| ExamplesError::File { name: name.to_owned(), source };
         while lines.next_line().map_err(file)?.is_some() {
             let (bytes, line) = (lines.line(), lines.number());
-            // Blank lines and comments.
-            let trimmed = bytes.trim_ascii();
-            if trimmed.is_empty() || trimmed.starts_with(b"#") {
-                continue;
-            }
+            // The byte order mark of UTF-8, as editors of other systems write it.
+            let bytes = if line == 1 { bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes) } else { bytes };
             let wrong = |FieldError { field, reason }| ExamplesError::Line {
                 name: name.to_owned(),
                 line,
                 field,
                 reason,
             };
+            if let Some(reason) = budget::encoding_fault(bytes) {
+                return Err(wrong(FieldError::new("", reason)));
+            }
+            // Blank lines and comments.
+            let trimmed = bytes.trim_ascii();
+            if trimmed.is_empty() || trimmed.starts_with(b"#") {
+                continue;
+            }
             match &header {
                 None => {
                     let written = read_header(bytes).map_err(wrong)?;
