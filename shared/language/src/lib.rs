@@ -4,6 +4,7 @@ mod act;
 mod backtracking;
 mod builtin;
 mod context;
+mod executable;
 mod file;
 mod grammar;
 mod lexicon;

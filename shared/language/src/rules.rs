@@ -7,12 +7,13 @@ use pest::error::{Error, InputLocation};
 use pest::iterators::Pair;
 use pest_meta::ast::Expr;
 use pest_meta::parser::{self, Rule};
-use pest_meta::{optimizer, validator};
+use pest_meta::validator;
 use pest_vm::Vm;
 use settings::{Spanned, SpannedError};
 
 use crate::act::ActKind;
 use crate::backtracking::backtracking;
+use crate::executable::executable;
 use crate::file::File;
 use crate::lexicon::Lexicon;
 use crate::token::{Token, tokens};
@@ -104,7 +105,7 @@ impl Rules {
             });
         }
         let rules = backtracking(rules, |name| name.starts_with(ACT));
-        Ok(Self { vm: Vm::new(optimizer::optimize(rules)), acts })
+        Ok(Self { vm: Vm::new(rules.into_iter().map(executable).collect()), acts })
     }
 
     /// The acts that a sentence can mean, each with what was found in it.
