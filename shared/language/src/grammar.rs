@@ -126,12 +126,16 @@ impl Grammar {
             let marked = self.marked(raw, context, has_names);
             for is_corrected in [false, true] {
                 let spelled = if is_corrected { self.corrected(&marked) } else { marked.clone() };
-                let mut sentence = self.lexicon.replaced(&spelled);
-                sentence.retain(|token| !self.lexicon.is_filler(&token.word));
+                let whole = self.lexicon.replaced(&spelled);
+                let is_filler = |token: &&Token| self.lexicon.is_filler(&token.word);
+                let sentence: Vec<Token> = whole.iter().filter(|token| !is_filler(token)).cloned().collect();
+                // A new name may begin with a word that otherwise says nothing.
+                let fillers = whole.iter().take_while(is_filler).count();
+                let whole = whole.get(fillers..).unwrap_or_default();
                 let closed = self.lexicon.without_closer(&sentence);
                 let opened = self.lexicon.without_opener(&sentence);
                 let both = self.lexicon.without_opener(closed);
-                for variant in [closed, &sentence, both, opened] {
+                for variant in [closed, &sentence, both, opened, whole] {
                     if variant.is_empty() || tried.iter().any(|tried| tried == variant) {
                         continue;
                     }

@@ -35,6 +35,8 @@ name = { (!ends_a_name ~ word)+ }
 /// The first rules of a combined text, which are not made of whole words.
 const BUILTIN_RULES: usize = 6;
 
+/// The names of rules for the current task begin so.
+const PRONOUN: &str = "pronoun";
 /// The name of an act's rule begins so. A file cannot have such a name: its names have no digits.
 const ACT: &str = "act_0";
 
@@ -81,7 +83,7 @@ impl Rules {
             source.push(name.get_ref(), true, &choices, Some(name.span()));
         }
         for (name, rule) in &file.rules {
-            let is_silent = name.get_ref() != "pronoun";
+            let is_silent = !name.get_ref().starts_with(PRONOUN);
             source.push(name.get_ref(), is_silent, rule.get_ref(), Some(rule.span()));
         }
         let mut acts = Vec::new();
@@ -136,10 +138,10 @@ fn collect(pair: Pair<'_, &str>, index: &impl Fn(usize) -> usize, slots: &mut Ve
             let number = pair.as_str().trim_start_matches(KNOWN).trim();
             slots.extend(number.parse().map(Slot::Known));
         }
-        "pronoun" => slots.push(Slot::Pronoun),
         "fresh" => slots.push(Slot::Fresh(words)),
         "name" => slots.push(Slot::Name(words)),
         "feature" => slots.push(Slot::Feature(words.start)),
+        rule if rule.starts_with(PRONOUN) => slots.push(Slot::Pronoun),
         _ => pair.into_inner().for_each(|inner| collect(inner, index, slots)),
     }
 }

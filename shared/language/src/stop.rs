@@ -50,7 +50,8 @@ impl StopWords {
     pub(crate) fn find(&self, raw: &[Token], lexicon: &Lexicon, is_known: impl Fn(&str) -> bool) -> Stopping {
         let tokens: Vec<Token> =
             lexicon.replaced(raw).into_iter().filter(|token| !lexicon.is_filler(&token.word)).collect();
-        if self.is_spelled_apart(raw) || tokens.len() == 1 && tokens.iter().any(|token| self.resembles(&token.word)) {
+        let resembles = |token: &Token| self.resembles(&token.word, &is_known);
+        if self.is_spelled_apart(raw) || tokens.len() == 1 && tokens.iter().any(resembles) {
             return Stopping::Always;
         }
         let is_stop = |word: &str| self.is_stop_word(word, &is_known);
@@ -94,9 +95,10 @@ impl StopWords {
         })
     }
 
-    /// Whether a word that stands alone resembles a stop word.
-    fn resembles(&self, word: &str) -> bool {
-        self.words.iter().any(|stop| is_near(word, stop) || is_near(&squeezed(word), stop))
+    /// Whether a word that stands alone resembles a stop word. Then it may be a misspelt one although it is a word.
+    fn resembles(&self, word: &str, is_known: impl Fn(&str) -> bool) -> bool {
+        let may_be = self.unlike.contains(word) || !is_known(word);
+        may_be && self.words.iter().any(|stop| is_near(word, stop) || is_near(&squeezed(word), stop))
     }
 
     /// Whether a stop word is spelled letter by letter, or with a space in it.
