@@ -57,15 +57,17 @@ impl Rewriter {
                 let with = self.followed(*inner, rest);
                 Expr::Choice(Box::new(with), Box::new(rest.clone()))
             }
-            Expr::Ident(name) => match self.inlined.get(&name).filter(|_| !self.open.contains(&name)).cloned() {
-                Some(inner) => {
-                    self.open.push(name);
-                    let inner = self.followed(inner, rest);
-                    self.open.pop();
-                    inner
+            Expr::Ident(name) => {
+                match self.inlined.get(&name).filter(|_| !self.open.contains(&name)).cloned() {
+                    Some(inner) => {
+                        self.open.push(name);
+                        let inner = self.followed(inner, rest);
+                        self.open.pop();
+                        inner
+                    }
+                    None => Expr::Seq(Box::new(Expr::Ident(name)), Box::new(rest.clone())),
                 }
-                None => Expr::Seq(Box::new(Expr::Ident(name)), Box::new(rest.clone())),
-            },
+            }
             other => Expr::Seq(Box::new(other), Box::new(rest.clone())),
         }
     }
@@ -107,7 +109,8 @@ fn choice(mut alternatives: Vec<Expr>) -> Expr {
 fn longest_first(expression: Expr) -> Expr {
     let Expr::Choice(..) = expression else { return expression };
     let mut alternatives = alternatives(expression);
-    let phrase = |alternative: &Expr| if let Expr::Str(phrase) = alternative { Some(phrase.clone()) } else { None };
+    let phrase =
+        |alternative: &Expr| if let Expr::Str(phrase) = alternative { Some(phrase.clone()) } else { None };
     let mut phrases: Vec<String> = alternatives.iter().filter_map(phrase).collect();
     phrases.sort_by_key(|phrase| std::cmp::Reverse(phrase.len()));
     let mut phrases = phrases.into_iter();

@@ -39,7 +39,8 @@ fn repeated(inner: OptimizedExpr, least: u32, most: Option<u32>) -> OptimizedExp
     let end = match most {
         None => OptimizedExpr::Rep(boxed()),
         Some(most) => {
-            let optional = |rest, _| OptimizedExpr::Opt(Box::new(OptimizedExpr::Seq(boxed(), Box::new(rest))));
+            let optional =
+                |rest, _| OptimizedExpr::Opt(Box::new(OptimizedExpr::Seq(boxed(), Box::new(rest))));
             (least..most).fold(OptimizedExpr::Str(String::new()), optional)
         }
     };

@@ -103,14 +103,17 @@ impl Grammar {
         let found = self.attempt(&raw, context, |attempt| self.is_allowed(attempt, text, stopping));
         let Some(attempt) = found else {
             let hints = self.hints(&raw, text, context);
-            if context.is_moving && (stopping == Stopping::WhileMoving || hints.is_negated && !hints.is_question) {
+            if context.is_moving
+                && (stopping == Stopping::WhileMoving || hints.is_negated && !hints.is_question)
+            {
                 return stop();
             }
             let (act, sentence) = self.nearest.find(&hints);
             return Reading::Guessed { act, sentence };
         };
         let corrects = matches!(attempt.kind, ActKind::NotThatOne | ActKind::LikeThis);
-        let objects = matches!(attempt.kind, ActKind::Deny | ActKind::Cancel | ActKind::Undo | ActKind::Forget);
+        let objects =
+            matches!(attempt.kind, ActKind::Deny | ActKind::Cancel | ActKind::Undo | ActKind::Forget);
         if context.is_moving && (stopping == Stopping::WhileMoving && !corrects || objects) {
             return stop();
         }
@@ -119,7 +122,12 @@ impl Grammar {
 
     /// The most probable way to take a sentence: as it is spelled, then corrected; with the names of known tasks, then
     /// without; and a task that is known before one that is not.
-    fn attempt(&self, raw: &[Token], context: &Context, is_allowed: impl Fn(&Attempt) -> bool) -> Option<Attempt> {
+    fn attempt(
+        &self,
+        raw: &[Token],
+        context: &Context,
+        is_allowed: impl Fn(&Attempt) -> bool,
+    ) -> Option<Attempt> {
         let mut with_fresh_name = None;
         let mut tried: Vec<Vec<Token>> = Vec::new();
         for has_names in [true, false] {
@@ -174,7 +182,11 @@ impl Grammar {
                 continue;
             }
             let is_feature = self.lexicon.feature(&token.word, &context.features).is_some();
-            marked.push(if is_feature { token.with(&format!("{FEATURE}{}", token.word)) } else { token.clone() });
+            marked.push(if is_feature {
+                token.with(&format!("{FEATURE}{}", token.word))
+            } else {
+                token.clone()
+            });
             at += 1;
         }
         marked
@@ -207,15 +219,16 @@ impl Grammar {
         let sentence = self.lexicon.replaced(&marked);
         let known = sentence.iter().find_map(|token| token.word.strip_prefix(KNOWN));
         let known = known.and_then(|index| context.names().nth(index.parse().ok()?)).cloned();
-        let objects = sentence.iter().filter_map(|token| token.word.strip_prefix(FEATURE));
-        let objects = objects.filter_map(|word| self.lexicon.feature(word, &context.features)).cloned();
+        let object_words = sentence.iter().filter_map(|token| token.word.strip_prefix(FEATURE));
+        let features = object_words.clone().filter_map(|word| self.lexicon.feature(word, &context.features));
         let spoken = sentence.iter().filter(|token| !self.lexicon.is_filler(&token.word)).cloned();
         let spoken: Vec<Token> = spoken.collect();
         Hints {
             words: sentence.iter().map(|token| token.word.clone()).collect(),
             names_task: known.is_some(),
             task: known.or_else(|| context.referent().cloned()).or_else(|| context.tasks.first().cloned()),
-            object: objects.collect(),
+            object: features.cloned().collect(),
+            object_words: object_words.map(str::to_owned).collect(),
             is_question: is_question_mark(text) || self.lexicon.is_question(&spoken),
             is_negated: sentence.iter().any(|token| self.lexicon.is_negation(&token.word)),
         }

@@ -93,7 +93,10 @@ impl Lexicon {
 
     /// A word, with a number word as digits.
     pub(crate) fn in_digits(&self, word: &str) -> String {
-        self.numbers.iter().position(|number| number == word).map_or_else(|| word.to_owned(), |it| it.to_string())
+        self.numbers
+            .iter()
+            .position(|number| number == word)
+            .map_or_else(|| word.to_owned(), |it| it.to_string())
     }
 
     /// The number words.
@@ -164,10 +167,10 @@ impl Lexicon {
         let mut nearest: Option<(usize, &String)> = None;
         for feature in features {
             let known = self.features.iter().find(|(name, _)| name == feature);
-            let own = known.is_none().then_some(feature);
-            for spelled in known.iter().flat_map(|(_, words)| words).chain(own) {
+            for spelled in known.iter().flat_map(|(_, words)| words).chain([feature]) {
                 let lower = spelled.to_lowercase();
-                let forms = self.endings.iter().map(|ending| format!("{lower}{ending}")).chain([lower.clone()]);
+                let forms =
+                    self.endings.iter().map(|ending| format!("{lower}{ending}")).chain([lower.clone()]);
                 for form in forms {
                     let errors = if word == form {
                         Some(0)
@@ -210,7 +213,10 @@ impl Lexicon {
         if !text.is_empty() && text.chars().all(|letter| letter.is_ascii_lowercase() || letter == '_') {
             return Ok(());
         }
-        Err(SpannedError::at(name, format!("`{text}`: the name of a rule has lower-case letters and `_` only")))
+        Err(SpannedError::at(
+            name,
+            format!("`{text}`: the name of a rule has lower-case letters and `_` only"),
+        ))
     }
 }
 

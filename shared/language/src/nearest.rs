@@ -30,6 +30,8 @@ pub(crate) struct Hints {
     pub(crate) names_task: bool,
     /// The features in it.
     pub(crate) object: Vec<String>,
+    /// The words for them.
+    pub(crate) object_words: Vec<String>,
     /// Whether it asks something.
     pub(crate) is_question: bool,
     /// Whether it negates something.
@@ -40,7 +42,11 @@ impl Nearest {
     pub(crate) fn new(acts: &[RawAct], lexicon: &mut Lexicon) -> Self {
         let candidate = |act: &RawAct| {
             lexicon.learn(&act.keys);
-            Candidate { kind: act.kind, say: act.say.get_ref().clone(), keys: words(&act.keys).into_iter().collect() }
+            Candidate {
+                kind: act.kind,
+                say: act.say.get_ref().clone(),
+                keys: words(&act.keys).into_iter().collect(),
+            }
         };
         Self { candidates: acts.iter().map(candidate).collect() }
     }
@@ -71,7 +77,7 @@ impl Nearest {
         let task = hints.task.clone().filter(|_| has("{task}"));
         let object = if has("{object}") { hints.object.clone() } else { Vec::new() };
         let sentence = fill(&candidate.say, "task", task.as_deref().unwrap_or_default());
-        let sentence = fill(&sentence, "object", &object.join(" "));
+        let sentence = fill(&sentence, "object", &hints.object_words.join(" "));
         (Act { task, object, ..Act::new(candidate.kind) }, sentence)
     }
 

@@ -181,8 +181,9 @@ impl Source {
         let at = match error.location {
             InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
         };
-        let origin = self.origins.iter().find(|(rule, _)| rule.contains(&at)).map(|(_, origin)| origin.clone());
-        let message = error.variant.message();
+        let origin =
+            self.origins.iter().find(|(rule, _)| rule.contains(&at)).map(|(_, origin)| origin.clone());
+        let message = error.clone().renamed_rules(parser::rename_meta_rule).variant.message().into_owned();
         SpannedError::within(origin.unwrap_or(0..0), format!("the rule is invalid: {message}"))
     }
 }

@@ -104,14 +104,13 @@ impl StopWords {
     /// Whether a stop word is spelled letter by letter, or with a space in it.
     fn is_spelled_apart(&self, tokens: &[Token]) -> bool {
         let is_letter = |token: &Token| token.word.chars().count() == 1;
-        let letters: String = tokens
-            .iter()
-            .map(|token| if is_letter(token) { token.word.as_str() } else { " " })
-            .collect();
+        let letters: String =
+            tokens.iter().map(|token| if is_letter(token) { token.word.as_str() } else { " " }).collect();
         let pairs = tokens.iter().zip(tokens.iter().skip(1));
         let joined = |first: &Token, second: &Token| format!("{}{}", first.word, second.word);
         self.words.iter().any(|stop| {
-            letters.contains(stop.as_str()) || pairs.clone().any(|(first, second)| joined(first, second) == *stop)
+            letters.contains(stop.as_str())
+                || pairs.clone().any(|(first, second)| joined(first, second) == *stop)
         })
     }
 

@@ -49,9 +49,9 @@ pub(crate) fn tokens(text: &str) -> Vec<Token> {
         let kept = token.word.trim_end_matches('\'').len();
         if kept < token.word.len() {
             token.word.truncate(kept);
-            token.span.end = text
-                .get(token.span.clone())
-                .map_or(token.span.end, |word| token.span.start + word.trim_end_matches(['\'', '’', '‘', '`']).len());
+            token.span.end = text.get(token.span.clone()).map_or(token.span.end, |word| {
+                token.span.start + word.trim_end_matches(['\'', '’', '‘', '`']).len()
+            });
         }
     }
     found
@@ -70,8 +70,10 @@ mod tests {
     fn words_are_found_with_their_places() {
         let text = "Don’t, 'Task 1'!";
         let found = tokens(text);
-        let words: Vec<(&str, &str, bool)> =
-            found.iter().map(|token| (token.word.as_str(), &text[token.span.clone()], token.begins_clause)).collect();
+        let words: Vec<(&str, &str, bool)> = found
+            .iter()
+            .map(|token| (token.word.as_str(), &text[token.span.clone()], token.begins_clause))
+            .collect();
         assert_eq!(words, [("don't", "Don’t", false), ("task", "Task", true), ("1", "1", false)]);
     }
 }

@@ -27,9 +27,9 @@ fn english(text: &str, is_moving: bool) -> Reading {
 
 /// Words that a person could say, without any that negates.
 const WORDS: [&str; 40] = [
-    "leo", "please", "do", "task", "1", "filling", "the", "far", "holes", "now", "again", "what", "see", "you", "i", "can",
-    "could", "yes", "thank", "good", "wrong", "that", "one", "it", "go", "on", "show", "me", "teach", "is", "done", "red",
-    "blue", "square", "peg", "how", "sure", "are", "and", "then",
+    "leo", "please", "do", "task", "1", "filling", "the", "far", "holes", "now", "again", "what", "see",
+    "you", "i", "can", "could", "yes", "thank", "good", "wrong", "that", "one", "it", "go", "on", "show",
+    "me", "teach", "is", "done", "red", "blue", "square", "peg", "how", "sure", "are", "and", "then",
 ];
 
 fn sentence() -> impl Strategy<Value = Vec<&'static str>> {
@@ -37,8 +37,10 @@ fn sentence() -> impl Strategy<Value = Vec<&'static str>> {
 }
 
 fn stop_word() -> impl Strategy<Value = &'static str> {
-    let spellings =
-        ["stop", "Stop!", "STOP", "stpo", "sotp", "stopp", "stooop", "st0p", "sto p", "s t o p", "halt", "hlat", "freeze"];
+    let spellings = [
+        "stop", "Stop!", "STOP", "stpo", "sotp", "stopp", "stooop", "st0p", "sto p", "s t o p", "halt",
+        "hlat", "freeze",
+    ];
     proptest::sample::select(spellings.to_vec())
 }
 
@@ -85,18 +87,28 @@ proptest! {
 #[test]
 fn a_sentence_to_ask_back_with_is_understood() {
     let mut seen = 0;
-    for (language, texts) in [(BuiltIn::English, include_str!("../en.toml")), (BuiltIn::German, include_str!("../de.toml"))] {
+    for (language, texts) in
+        [(BuiltIn::English, include_str!("../en.toml")), (BuiltIn::German, include_str!("../de.toml"))]
+    {
         let grammar = language.grammar();
-        let quoted = |line: &str, key: &str| Some(line.strip_prefix(key)?.trim().trim_matches('"').to_owned());
+        let quoted =
+            |line: &str, key: &str| Some(line.strip_prefix(key)?.trim().trim_matches('"').to_owned());
         let mut kind = String::new();
         for line in texts.lines() {
             if let Some(name) = quoted(line, "kind = ") {
                 kind = name.replace('_', "");
             } else if let Some(say) = quoted(line, "say = ") {
-                let text = say.replace("{task}", "filling").replace("{name}", "rows").replace("{object}", "red square");
+                let text = say
+                    .replace("{task}", "filling")
+                    .replace("{name}", "rows")
+                    .replace("{object}", "red square");
                 let reading = grammar.understand(&text, &Context { showing: None, ..context(false) });
                 let Reading::Understood(act) = reading else { panic!("{text:?} is not understood") };
-                assert_eq!(format!("{:?}", act.kind).to_lowercase(), kind.replace("keepon", "goon"), "{text}");
+                assert_eq!(
+                    format!("{:?}", act.kind).to_lowercase(),
+                    kind.replace("keepon", "goon"),
+                    "{text}"
+                );
                 seen += 1;
             }
         }

@@ -19,7 +19,8 @@ struct Case {
 fn cases() -> Vec<Case> {
     let lines = SENTENCES.lines().filter(|line| !line.starts_with('#'));
     let case = |line: &'static str| {
-        let [state, expected, text] = line.splitn(3, " | ").collect::<Vec<_>>().try_into().expect("three columns");
+        let [state, expected, text] =
+            line.splitn(3, " | ").collect::<Vec<_>>().try_into().expect("three columns");
         let strings = |words: &str| words.split(',').map(|word| word.trim().to_owned()).collect();
         let context = Context {
             tasks: strings("task 1, filling, two pegs"),
@@ -52,11 +53,13 @@ fn snake_case(kind: ActKind) -> String {
 
 /// Whether an act is the expected one. A guess need not have its names.
 fn is_expected(expected: &str, act: &Act, is_guess: bool) -> bool {
-    let (kind, about) = expected.split_once(':').map_or((expected, None), |(kind, about)| (kind, Some(about)));
-    let named = [&act.name, &act.task].into_iter().flatten().map(|name| name.to_lowercase().replace("two", "2"));
+    let (kind, about) =
+        expected.split_once(':').map_or((expected, None), |(kind, about)| (kind, Some(about)));
+    let named =
+        [&act.name, &act.task].into_iter().flatten().map(|name| name.to_lowercase().replace("two", "2"));
     let object = act.object.join(" ");
-    let is_about =
-        about.is_none_or(|about| object == about || named.clone().any(|name| name == about.replace("two", "2")));
+    let is_about = about
+        .is_none_or(|about| object == about || named.clone().any(|name| name == about.replace("two", "2")));
     snake_case(act.kind) == kind && (is_guess || is_about)
 }
 
@@ -76,12 +79,18 @@ fn judge(case: &Case) -> (Verdict, Reading) {
     let stops = case.expected.iter().any(|expected| expected == "stop");
     let verdict = match &reading {
         Reading::Understood(act) if act.kind.is_movement() && !moves => Verdict::Dangerous,
-        Reading::Understood(act) if case.expected.iter().any(|expected| is_expected(expected, act, false)) => Verdict::Right,
+        Reading::Understood(act)
+            if case.expected.iter().any(|expected| is_expected(expected, act, false)) =>
+        {
+            Verdict::Right
+        }
         _ if stops => Verdict::Dangerous,
         // No act is expected: a question back, or an answer that moves nothing, is sensible.
         Reading::Understood(act) if case.expected == ["none"] && act.kind.is_question() => Verdict::Right,
         Reading::Guessed { .. } if case.expected == ["none"] => Verdict::AskedBack,
-        Reading::Guessed { act, .. } if case.expected.iter().any(|expected| is_expected(expected, act, true)) => {
+        Reading::Guessed { act, .. }
+            if case.expected.iter().any(|expected| is_expected(expected, act, true)) =>
+        {
             Verdict::AskedBack
         }
         Reading::Understood(_) | Reading::Guessed { .. } => Verdict::Wrong,
@@ -110,7 +119,9 @@ fn report(held_out: bool) -> (usize, [usize; 4], String) {
 
 fn check(held_out: bool, shows: bool) {
     let (all, [right, asked_back, wrong, dangerous], text) = report(held_out);
-    let rates = format!("{all} sentences: {right} right, {asked_back} asked back, {wrong} wrong, {dangerous} dangerous");
+    let rates = format!(
+        "{all} sentences: {right} right, {asked_back} asked back, {wrong} wrong, {dangerous} dangerous"
+    );
     let text = if shows { text } else { String::new() };
     eprintln!("{rates}\n{text}");
     assert!(all >= 150, "{rates}");

@@ -49,7 +49,9 @@ fn stop_is_understood_however_it_is_said() {
 #[test]
 fn a_negated_stop_is_none() {
     let grammar = BuiltIn::English.grammar();
-    for text in ["don't stop", "Please do not stop", "never stop", "you don't have to stop", "no need to stop"] {
+    for text in
+        ["don't stop", "Please do not stop", "never stop", "you don't have to stop", "no need to stop"]
+    {
         assert_eq!(kind(&grammar, text, &moving()), ActKind::KeepOn, "{text}");
     }
     for text in ["one more step", "the one on top", "why have you stopped?"] {
@@ -61,8 +63,23 @@ fn a_negated_stop_is_none() {
 fn a_moving_robot_is_stopped_by_more_words() {
     let grammar = BuiltIn::English.grammar();
     for text in [
-        "wait", "wait a moment", "wiat", "enough", "that's enough", "freeze", "cancel", "don't do that", "no", "No!", "nooo",
-        "no, not the blue one", "hold on", "that was wrong", "do not do filling", "never do filling again", "undo that",
+        "wait",
+        "wait a moment",
+        "wiat",
+        "enough",
+        "that's enough",
+        "freeze",
+        "cancel",
+        "don't do that",
+        "no",
+        "No!",
+        "nooo",
+        "no, not the blue one",
+        "hold on",
+        "that was wrong",
+        "do not do filling",
+        "never do filling again",
+        "undo that",
         "not so fast",
     ] {
         assert_eq!(kind(&grammar, text, &moving()), ActKind::Stop, "{text}");

@@ -77,7 +77,8 @@ impl<B: Body> Learner<B> {
             return;
         }
         let task = task.clone();
-        let left = quantity::number::counted(quantity::number::saturating_u32(task.examples.len()), "example");
+        let left =
+            quantity::number::counted(quantity::number::saturating_u32(task.examples.len()), "example");
         output.save.push(StoreChange::Rewrite { key: task_key.to_owned(), task: Some(task.clone()) });
         self.question = None;
         say(output, &task.name, &format!("I forgot the last example of {}; I go by {left}", task.name));

@@ -38,6 +38,10 @@ impl<B: Body> Learner<B> {
         present_rad: &[Option<f64>],
         output: &mut Output,
     ) {
+        // An answer to Leo's question may be misspelt. Anything else drops the question.
+        self.question
+            .take_if(|_| !act.kind.is_question() && !matches!(act.kind, ActKind::Confirm | ActKind::Deny));
+        let sentence = sentence.trim_end_matches('?');
         let reply = fill(&self.grammar.replies().did_you_mean, "sentence", sentence);
         say(output, "", &fill(&reply, "text", text));
         self.proposal = Some(Proposal::Act(act));
@@ -64,7 +68,8 @@ impl<B: Body> Learner<B> {
     pub(super) fn propose_to_forget(&mut self, name: Option<&str>, output: &mut Output) {
         let Some(task) = self.known_task(name, output) else { return };
         let (key, name) = (key(&task.name), task.name.clone());
-        let examples = quantity::number::counted(quantity::number::saturating_u32(task.examples.len()), "example");
+        let examples =
+            quantity::number::counted(quantity::number::saturating_u32(task.examples.len()), "example");
         say(output, &name, &format!("Should I forget {name} and its {examples}?"));
         self.proposal = Some(Proposal::ForgetTask(key));
     }

@@ -5,9 +5,9 @@ use language::fill;
 use tasks::{Object, Snapshot, Task, counterparts, listed};
 
 use super::{Learner, Output, say};
+use crate::evaluation::Evaluation;
 use crate::question::Question;
 use crate::report::{describe_view, goal_phrase};
-use crate::evaluation::Evaluation;
 use crate::{Body, answers};
 
 impl<B: Body> Learner<B> {
@@ -62,7 +62,10 @@ impl<B: Body> Learner<B> {
         let text = match rule {
             Some((rule, posterior, tally, examples)) if evaluation.open_question().is_none() => {
                 let percent = (posterior * 100.0).floor();
-                format!("I am {percent} % sure that {} is \"{rule}\": {tally} of {examples} showings say so", task.name)
+                format!(
+                    "I am {percent} % sure that {} is \"{rule}\": {tally} of {examples} showings say so",
+                    task.name
+                )
             }
             Some(_) | None => answers::unsure(task, None),
         };
@@ -78,7 +81,11 @@ impl<B: Body> Learner<B> {
         let question = Question::about(language, &tasks::key(name), task, &evaluation, settings);
         match &question {
             Some(question) => say(output, name, &question.text),
-            None => say(output, name, &format!("I have no question about {name}; another example would make me surer")),
+            None => say(
+                output,
+                name,
+                &format!("I have no question about {name}; another example would make me surer"),
+            ),
         }
         self.question = question.or_else(|| self.question.take());
     }
@@ -107,7 +114,13 @@ impl<B: Body> Learner<B> {
     }
 
     /// What the speaker knows, as Leo believes.
-    pub(super) fn tell_their_view(&mut self, now: Instant, speaker: u16, object: &[String], output: &mut Output) {
+    pub(super) fn tell_their_view(
+        &mut self,
+        now: Instant,
+        speaker: u16,
+        object: &[String],
+        output: &mut Output,
+    ) {
         let language = &self.vocabulary.language;
         let views = self.views.snapshots(now, language, &self.perspectives);
         let text = match (views.get(&0), views.get(&speaker)) {
@@ -118,7 +131,9 @@ impl<B: Body> Learner<B> {
                 let seen = found.iter().filter(|object| known.contains_key(&object.id)).count();
                 match (found.len(), seen) {
                     (0, _) => format!("I know of no {named} myself"),
-                    (all, seen) if all == seen => format!("yes, I think you know of every {named} that I know of"),
+                    (all, seen) if all == seen => {
+                        format!("yes, I think you know of every {named} that I know of")
+                    }
                     (_, 0) => format!("no, I think you do not know of the {named}"),
                     (all, seen) => format!("I think you know of {seen} of {all} × {named}"),
                 }

@@ -228,7 +228,8 @@ impl LearnerHarness {
         for change in save {
             match change {
                 StoreChange::Example(Kept { key, task, index, example }) => {
-                    let known = self.known.entry(key.clone()).or_insert(Task { name: task, examples: Vec::new() });
+                    let known =
+                        self.known.entry(key.clone()).or_insert(Task { name: task, examples: Vec::new() });
                     assert_eq!(u64::try_from(known.examples.len()), Ok(index), "an example is appended");
                     known.examples.push(example);
                     self.saved.push((key, known.clone()));
