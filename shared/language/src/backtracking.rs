@@ -68,7 +68,20 @@ impl Rewriter {
                     None => Expr::Seq(Box::new(Expr::Ident(name)), Box::new(rest.clone())),
                 }
             }
-            other => Expr::Seq(Box::new(other), Box::new(rest.clone())),
+            expression @ (Expr::Str(_)
+            | Expr::Insens(_)
+            | Expr::Range(..)
+            | Expr::PeekSlice(..)
+            | Expr::PosPred(_)
+            | Expr::NegPred(_)
+            | Expr::Rep(_)
+            | Expr::RepOnce(_)
+            | Expr::RepExact(..)
+            | Expr::RepMin(..)
+            | Expr::RepMax(..)
+            | Expr::RepMinMax(..)
+            | Expr::Skip(_)
+            | Expr::Push(_)) => Expr::Seq(Box::new(expression), Box::new(rest.clone())),
         }
     }
 

@@ -22,18 +22,18 @@ fn converted(expression: Expr) -> OptimizedExpr {
         Expr::Choice(first, second) => OptimizedExpr::Choice(boxed(first), boxed(second)),
         Expr::Opt(inner) => OptimizedExpr::Opt(boxed(inner)),
         Expr::Rep(inner) => OptimizedExpr::Rep(boxed(inner)),
-        Expr::RepOnce(inner) => repeated(converted(*inner), 1, None),
-        Expr::RepExact(inner, count) => repeated(converted(*inner), count, Some(count)),
-        Expr::RepMin(inner, least) => repeated(converted(*inner), least, None),
-        Expr::RepMax(inner, most) => repeated(converted(*inner), 0, Some(most)),
-        Expr::RepMinMax(inner, least, most) => repeated(converted(*inner), least, Some(most)),
+        Expr::RepOnce(inner) => repeated(&converted(*inner), 1, None),
+        Expr::RepExact(inner, count) => repeated(&converted(*inner), count, Some(count)),
+        Expr::RepMin(inner, least) => repeated(&converted(*inner), least, None),
+        Expr::RepMax(inner, most) => repeated(&converted(*inner), 0, Some(most)),
+        Expr::RepMinMax(inner, least, most) => repeated(&converted(*inner), least, Some(most)),
         Expr::Skip(texts) => OptimizedExpr::Skip(texts),
         Expr::Push(inner) => OptimizedExpr::Push(boxed(inner)),
     }
 }
 
 /// An expression `least` to `most` times.
-fn repeated(inner: OptimizedExpr, least: u32, most: Option<u32>) -> OptimizedExpr {
+fn repeated(inner: &OptimizedExpr, least: u32, most: Option<u32>) -> OptimizedExpr {
     let boxed = || Box::new(inner.clone());
     let then = |rest, _| OptimizedExpr::Seq(boxed(), Box::new(rest));
     let end = match most {

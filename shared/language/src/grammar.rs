@@ -100,21 +100,17 @@ impl Grammar {
             return stop();
         }
         raw.truncate(MAX_WORDS);
-        let found = self.attempt(&raw, context, |attempt| self.is_allowed(attempt, text, stopping));
-        let Some(attempt) = found else {
+        let is_allowed = |attempt: &Attempt| self.is_allowed(attempt, text, stopping);
+        let Some(attempt) = self.attempt(&raw, context, is_allowed) else {
             let hints = self.hints(&raw, text, context);
-            if context.is_moving
-                && (stopping == Stopping::WhileMoving || hints.is_negated && !hints.is_question)
-            {
-                return stop();
-            }
             let (act, sentence) = self.nearest.find(&hints);
-            return Reading::Guessed { act, sentence };
+            let negates = hints.is_negated && !hints.is_question;
+            let may_stop = stopping == Stopping::WhileMoving || negates || is_objection(act.kind, context);
+            return if context.is_moving && may_stop { stop() } else { Reading::Guessed { act, sentence } };
         };
         let corrects = matches!(attempt.kind, ActKind::NotThatOne | ActKind::LikeThis);
-        let objects =
-            matches!(attempt.kind, ActKind::Deny | ActKind::Cancel | ActKind::Undo | ActKind::Forget);
-        if context.is_moving && (stopping == Stopping::WhileMoving && !corrects || objects) {
+        let may_stop = stopping == Stopping::WhileMoving || is_objection(attempt.kind, context);
+        if context.is_moving && may_stop && !corrects {
             return stop();
         }
         Reading::Understood(act(&attempt, text, context, &self.lexicon))
@@ -239,6 +235,20 @@ fn is_question_mark(text: &str) -> bool {
     text.trim_end().ends_with('?')
 }
 
+/// Whether a person who says this to a robot that moves wants something else than it does.
+fn is_objection(kind: ActKind, context: &Context) -> bool {
+    match kind {
+        ActKind::Deny | ActKind::Cancel | ActKind::Undo | ActKind::Forget | ActKind::Tell => true,
+        ActKind::NotThatOne | ActKind::LikeThis | ActKind::Stop => true,
+        ActKind::End => context.showing.is_none(),
+        ActKind::KeepOn | ActKind::Greet | ActKind::Farewell | ActKind::Help | ActKind::Thank => false,
+        ActKind::Praise | ActKind::Confirm | ActKind::Teach | ActKind::Name | ActKind::Rename => false,
+        ActKind::GoOn | ActKind::Do | ActKind::Again | ActKind::Can | ActKind::ListTasks => false,
+        ActKind::Learned | ActKind::SeeLeo | ActKind::KnowLeo | ActKind::SeeMe | ActKind::KnowMe => false,
+        ActKind::Why | ActKind::HowSure | ActKind::WhatNext | ActKind::WhatSettles => false,
+    }
+}
+
 /// Whether a word is part of a name or a feature of the context.
 fn is_context_word(word: &str, context: &Context) -> bool {
     context.names().chain(&context.features).any(|name| words(name).iter().any(|known| known == word))
@@ -255,6 +265,9 @@ fn act(attempt: &Attempt, text: &str, context: &Context, lexicon: &Lexicon) -> A
             Slot::Known(index) => act.task = context.names().nth(*index).cloned(),
             Slot::Pronoun => act.task = context.referent().cloned(),
             Slot::Fresh(range) => act.task = Some(spelled(attempt, range, text)),
+            Slot::Name(range) if attempt.kind == ActKind::Teach => {
+                act.task = Some(spelled(attempt, range, text))
+            }
             Slot::Name(range) => act.name = Some(spelled(attempt, range, text)),
             Slot::Feature(index) => {
                 let word = attempt.sentence.get(*index).map(|token| token.word.trim_start_matches(FEATURE));

@@ -87,7 +87,9 @@ impl Nearest {
             let common = self.candidates.iter().filter(|other| other.keys.contains(key)).count();
             60 / common.clamp(1, 6)
         });
-        let named = usize::from(hints.names_task && candidate.say.contains("{task}")) * 25;
+        let is_answer = candidate.kind.is_question() == hints.is_question;
+        let named = usize::from(hints.names_task && candidate.say.contains("{task}"))
+            * if is_answer { 25 } else { 20 };
         let seen = usize::from(!hints.object.is_empty() && candidate.say.contains("{object}")) * 25;
         shared.sum::<usize>() + named + seen
     }

@@ -98,12 +98,12 @@ impl Rules {
         let mut rules = parser::consume_rules(pairs).map_err(refuse)?;
         for rule in rules.iter_mut().skip(BUILTIN_RULES) {
             let expression = std::mem::replace(&mut rule.expr, Expr::Str(String::new()));
-            rule.expr = expression.map_top_down(|expression| match expression {
-                Expr::Str(phrase) => {
-                    lexicon.learn(&phrase);
-                    Expr::Str(whole_words(&phrase, lexicon))
+            rule.expr = expression.map_top_down(|mut expression| {
+                if let Expr::Str(phrase) = &mut expression {
+                    lexicon.learn(phrase);
+                    *phrase = whole_words(phrase, lexicon);
                 }
-                other => other,
+                expression
             });
         }
         let rules = backtracking(rules, |name| name.starts_with(ACT));

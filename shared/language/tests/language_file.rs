@@ -1,5 +1,7 @@
 //! Errors of language files.
 
+#![expect(clippy::expect_used, reason = "a helper of a test")]
+
 use std::path::Path;
 
 use language::Grammar;
@@ -23,7 +25,12 @@ fn error_messages_match_the_snapshot() {
     let mut wording = String::new();
     for (from, to) in changes {
         assert!(ENGLISH.contains(from), "{from}");
-        wording += &format!("{to}\n    {}\n", refusal(&ENGLISH.replacen(from, to, 1)));
+        let changed = ENGLISH.replacen(from, to, 1);
+        let line = 1 + changed.lines().position(|line| line.contains(to)).unwrap();
+        let refusal = refusal(&changed);
+        let reason = refusal.strip_prefix(&format!("xx.toml:{line}:"));
+        let reason = reason.unwrap_or_else(|| panic!("not in line {line}: {refusal}"));
+        wording += &format!("{to}\n    {reason}\n");
     }
     insta::assert_snapshot!(wording);
 }

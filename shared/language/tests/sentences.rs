@@ -1,6 +1,7 @@
 //! Sentences of naive users, which were written before the grammar. The half that is held out was not looked at while
 //! the grammar was written: a hash of the line chooses it.
 #![expect(clippy::print_stderr, reason = "the rates are the result")]
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "helpers of tests")]
 
 use language::{Act, ActKind, BuiltIn, Context, Reading};
 
