@@ -40,6 +40,7 @@ pub(crate) const LAYERS: [&[&str]; 9] = [
         "cycle",
         "leo-evaluation",
         "leo-kinematics",
+        "leo-language",
         "motion",
         "persons",
         "leo-perception",
@@ -79,7 +80,7 @@ const PEERS: [(&str, &[&str]); 11] = [
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 17] = [
+const WRAPPED: [(&str, &[&str]); 20] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["leo-message"]),
     ("iceoryx2-bb-elementary-traits", &["leo-message"]),
@@ -87,6 +88,9 @@ const WRAPPED: [(&str, &[&str]); 17] = [
     ("clap_mangen", &["commands"]),
     ("parry3d", &["leo-scene"]),
     ("pathfinding", &["leo-evaluation"]),
+    ("pest", &["leo-language"]),
+    ("pest_meta", &["leo-language"]),
+    ("pest_vm", &["leo-language"]),
     ("ratatui", &["console-process"]),
     ("mcap", &["recording", "records", "trace"]),
     ("libc", &["realtime"]),

@@ -120,5 +120,5 @@ fn a_readme_lists_the_dependencies_of_its_example() {
         assert_eq!(block(&readme, "toml"), expected, "{}", package.name);
         compared += usize::from(expected.len() > 1);
     }
-    assert_eq!(compared, 8, "READMEs with an example");
+    assert_eq!(compared, 9, "READMEs with an example");
 }

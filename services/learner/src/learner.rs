@@ -1,10 +1,14 @@
+mod changes;
 mod conversation;
+mod proposal;
+mod replies;
 mod utterance_queue;
 
 use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use invariant::require;
+use language::{BuiltIn, Grammar};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
 use motion::{Face, Skill};
 use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
@@ -16,6 +20,7 @@ use crate::report::{describe_view, goal_phrase};
 use crate::teaching::Teaching;
 use crate::views::{Continuity, Views};
 use crate::{Body, Motion, Vocabulary, answers};
+use proposal::Proposal;
 use quantity::number::{counted, saturating_u32};
 use utterance_queue::{PendingSentence, Timing};
 
@@ -30,13 +35,16 @@ pub struct Settings {
     pub learning: tasks::Settings,
     /// Period of the joint goal frames.
     pub goal_period: Duration,
+    /// The language of the teachers' sentences.
+    pub spoken_language: BuiltIn,
 }
 
 impl Settings {
     /// The settings of a configuration.
     #[must_use]
     pub fn of(learner: &config::leo::Learner) -> Self {
-        Self { learning: learning(learner), goal_period: learner.goal_rate_hz.period() }
+        let goal_period = learner.goal_rate_hz.period();
+        Self { learning: learning(learner), goal_period, spoken_language: learner.spoken_language }
     }
 }
 
@@ -77,12 +85,38 @@ pub struct Kept {
     pub example: Example,
 }
 
-/// The output of a step. The examples must be durable before the events are published, because the events claim that
+/// A change of what is stored persistently.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StoreChange {
+    /// A new example.
+    Example(Kept),
+    /// A task is stored anew with all its examples, and the one with `key` is not stored any more.
+    Rewrite {
+        /// The key of the task before the change.
+        key: String,
+        /// The task after the change; `None` if it is forgotten.
+        task: Option<Task>,
+    },
+}
+
+impl StoreChange {
+    /// The name of the task that changes, or its key if it is forgotten.
+    #[must_use]
+    pub fn task(&self) -> &str {
+        match self {
+            Self::Example(kept) => &kept.task,
+            Self::Rewrite { task: Some(task), .. } => &task.name,
+            Self::Rewrite { key, task: None } => key,
+        }
+    }
+}
+
+/// The output of a step. The changes must be durable before the events are published, because the events claim that
 /// they were learned. The joint goals depend on neither.
 #[derive(Clone, Debug, Default)]
 pub struct Output {
-    /// Examples to store.
-    pub save: Vec<Kept>,
+    /// What to store, in this order.
+    pub save: Vec<StoreChange>,
     /// Events to publish.
     pub events: Vec<Event>,
     /// Joint goals to publish; empty between two periods.
@@ -93,6 +127,7 @@ pub struct Output {
 #[derive(Debug)]
 pub struct Learner<B> {
     settings: Settings,
+    grammar: Grammar,
     vocabulary: Vocabulary,
     perspectives: Vec<u16>,
     body: B,
@@ -107,6 +142,10 @@ pub struct Learner<B> {
     current_task: Option<String>,
     /// The last question, while the next sentence may be its answer.
     question: Option<Question>,
+    /// What Leo does if the next sentence is "yes".
+    proposal: Option<Proposal>,
+    /// The task whose performance was stopped.
+    stopped: Option<String>,
     has_started_body: bool,
     goals_at: Option<Instant>,
 }
@@ -124,6 +163,7 @@ impl<B: Body> Learner<B> {
     ) -> Self {
         Self {
             settings,
+            grammar: settings.spoken_language.grammar(),
             vocabulary,
             perspectives: perspectives.to_vec(),
             body,
@@ -134,6 +174,8 @@ impl<B: Body> Learner<B> {
             performance: None,
             current_task: None,
             question: None,
+            proposal: None,
+            stopped: None,
             has_started_body: false,
             goals_at: None,
         }
@@ -279,24 +321,22 @@ impl<B: Body> Learner<B> {
         self.show(now, Face::Attentive, present_rad);
     }
 
-    /// Ends the demonstration of the task with one of these names; the last one is the name without courtesy words.
-    fn end_teaching(&mut self, now: Instant, timing: Timing, names: &[String], output: &mut Output) {
+    /// Ends the demonstration of a task, or of any if the sentence names none.
+    fn end_teaching(&mut self, now: Instant, timing: Timing, name: Option<&str>, output: &mut Output) {
         let language = &self.vocabulary.language;
-        let is_it = |teaching: &mut Teaching| {
-            let shown = key(&teaching.recording.task);
-            names.iter().any(|name| key(name) == shown)
-        };
+        let is_it =
+            |teaching: &mut Teaching| name.is_none_or(|name| key(name) == key(&teaching.recording.task));
         let Some(mut teaching) = self.teaching.take_if(is_it) else {
-            let name = names.last().map_or("", String::as_str);
-            let text = match &self.teaching {
-                Some(other) => format!("I am being shown {}, not {name}", other.recording.task),
-                None => {
+            let text = match (&self.teaching, name) {
+                (Some(other), Some(name)) => format!("I am being shown {}, not {name}", other.recording.task),
+                (None, Some(name)) => {
                     format!(
                         "no demonstration of {name} has begun; say \"Leo, I can teach you to do {name}\" first"
                     )
                 }
+                (_, None) => "no demonstration has begun; say \"Let me show you\" first".to_owned(),
             };
-            say(output, name, &text);
+            say(output, name.unwrap_or_default(), &text);
             return;
         };
         let name = teaching.recording.task.clone();
@@ -337,7 +377,7 @@ impl<B: Body> Learner<B> {
         if let Some(example) = require!(task.examples.last(), "`{task_key}` has the new example") {
             let index = u64::from(saturating_u32(task.examples.len() - 1));
             let (key, task, example) = (task_key.to_owned(), name.clone(), example.clone());
-            output.save.push(Kept { key, task, index, example });
+            output.save.push(StoreChange::Example(Kept { key, task, index, example }));
         }
         self.current_task = Some(task_key.to_owned());
         let examples = saturating_u32(task.examples.len());
@@ -397,9 +437,7 @@ impl<B: Body> Learner<B> {
             return;
         }
         let Some(task) = self.tasks.get(&key(name)) else {
-            let known: Vec<String> = self.tasks.values().map(|task| task.name.clone()).collect();
-            let known = if known.is_empty() { "nothing yet".to_owned() } else { tasks::listed(&known) };
-            decline(output, name, &format!("I have not learned {name}; I know {known}"));
+            decline(output, name, &format!("I have not learned {name}; I know {}", self.known_names()));
             return;
         };
         let language: &Language = &self.vocabulary.language;
@@ -424,6 +462,7 @@ impl<B: Body> Learner<B> {
             output.events.push(seen(language, &task.name, 0, &view));
         }
         self.current_task = Some(key(name));
+        self.stopped = None;
         self.performance = Some(Performance::new(&task.name, learned));
     }
 

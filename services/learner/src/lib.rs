@@ -23,7 +23,7 @@ pub use evaluation::replay_events;
 pub use io::memory::Memory;
 pub use io::run::{check_memory, memory_state, run};
 pub use io::{MEMORY_VERSION, MemoryState, OpenError};
-pub use learner::{Input, Kept, Learner, Output, Settings, learning};
+pub use learner::{Input, Kept, Learner, Output, Settings, StoreChange, learning};
 pub use leo_body::{LeoBody, LeoBodyError};
 pub use motion::Skill;
 pub use question::open_question;

@@ -2,6 +2,7 @@
 
 mod asking;
 mod conflict;
+mod dialogue;
 mod harness;
 mod recovery;
 mod sentences;

@@ -132,6 +132,9 @@ const _: () = assert!(message::MAX_DEPTH == 6);
 pub struct Learner {
     /// The hypothesis language.
     pub language: HypothesisLanguage,
+    /// The language of the teacher's sentences.
+    #[serde(default)]
+    pub spoken_language: language::BuiltIn,
     /// λ: the cost of each further class, in nats (paper's language).
     pub lambda: NotNegative,
     /// μ: the reward of each further feature, in nats (paper's language).

@@ -23,7 +23,7 @@
 //!
 //! | module | purpose |
 //! |---|---|
-//! | `language` | the words: names of percepts, a person's sentences, lists and numbers |
+//! | `language` | the words: names of percepts and of tasks, lists and numbers |
 //! | `demonstration` | what was shown: snapshots, acts, changes, examples (stages 1 to 3) |
 //! | `hypotheses` | what it can mean: hypotheses about one goal, and their scores (stage 4) |
 //! | `decision` | what is concluded: rules, the next question, the perspective to follow (stages 4 to 6) |
@@ -50,7 +50,7 @@ pub use hypotheses::{
     Class, HypothesisLanguage, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRangeError, OnConflict, Prior,
     Relation, Selection, Settings, Template,
 };
-pub use language::{FeatureWords, Language, Sentence, StateWords, key, listed, with_article};
+pub use language::{FeatureWords, Language, StateWords, key, listed, with_article};
 
 #[cfg(test)]
 mod tests;

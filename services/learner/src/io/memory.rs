@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use store::{Entry, Lost, OpenError, ReadError, Store, WriteError};
 use tasks::{Task, key};
 
-use crate::Kept;
+use crate::{Kept, StoreChange};
 
 /// Persistent storage of what was learned: the tasks and their examples.
 #[derive(Debug)]
@@ -52,6 +52,23 @@ impl Memory {
             .into_iter()
             .map(|Entry { head, items, .. }| Task { name: head.name, examples: items })
             .collect())
+    }
+
+    /// Stores one change. It is durable on return.
+    ///
+    /// # Errors
+    /// As [`Store::put`], [`Store::save_all`] and [`Store::forget`].
+    pub fn change(&mut self, change: &StoreChange) -> Result<(), WriteError> {
+        match change {
+            StoreChange::Example(kept) => self.keep(kept),
+            StoreChange::Rewrite { key: old, task } => {
+                if let Some(task) = task {
+                    self.replace(std::slice::from_ref(task))?;
+                }
+                let is_stored = task.as_ref().is_some_and(|task| key(&task.name) == *old);
+                if is_stored { Ok(()) } else { self.0.forget(old).map(drop) }
+            }
+        }
     }
 
     /// Stores one example. It is durable on return.

@@ -4,25 +4,25 @@ use std::thread::JoinHandle;
 use clock::Duration;
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, unbounded};
 
-use crate::Kept;
+use crate::StoreChange;
 
-/// The result of storing an example.
+/// The result of storing a change.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Outcome<E> {
     /// It is durable.
-    Durable(Kept),
+    Durable(StoreChange),
     /// Storing failed and will be retried.
-    Pending(Kept, E),
-    /// An earlier failed example is durable now.
-    PersistedLate(Kept),
+    Pending(StoreChange, E),
+    /// An earlier failed change is durable now.
+    PersistedLate(StoreChange),
 }
 
-/// A thread that stores examples, one after the other, so that a slow disk blocks nothing else. Examples that could
-/// not be stored are retried in order, and no later example is stored before them. So a full disk loses nothing
-/// while the process lives. Dropping it blocks until every example is stored or its last attempt has failed.
+/// A thread that stores changes, one after the other, so that a slow disk blocks nothing else. Changes that could
+/// not be stored are retried in order, and no later change is stored before them. So a full disk loses nothing
+/// while the process lives. Dropping it blocks until every change is stored or its last attempt has failed.
 #[derive(Debug)]
 pub(crate) struct Persister<E> {
-    to: Option<Sender<Kept>>,
+    to: Option<Sender<StoreChange>>,
     from: Receiver<Outcome<E>>,
     thread: Option<JoinHandle<()>>,
     in_flight: usize,
@@ -34,15 +34,15 @@ pub(crate) struct Persister<E> {
 pub(crate) struct PersisterEndedError;
 
 impl<E: Send + 'static> Persister<E> {
-    /// Starts the thread. `keep` stores one example; after a failure it is called again after the time `again`.
+    /// Starts the thread. `keep` stores one change; after a failure it is called again after the time `again`.
     ///
     /// # Errors
     /// The thread could not be spawned.
     pub(crate) fn start(
-        mut keep: impl FnMut(&Kept) -> Result<(), E> + Send + 'static,
+        mut keep: impl FnMut(&StoreChange) -> Result<(), E> + Send + 'static,
         again: Duration,
     ) -> std::io::Result<Self> {
-        let (to, examples) = unbounded::<Kept>();
+        let (to, examples) = unbounded::<StoreChange>();
         let (done, from) = unbounded();
         let work = move || {
             let mut owed = VecDeque::new();
@@ -82,14 +82,14 @@ impl<E: Send + 'static> Persister<E> {
         Ok(Self { to: Some(to), from, thread: Some(thread), in_flight: 0 })
     }
 
-    /// Queues an example for storing; does not block.
-    pub(crate) fn keep(&mut self, kept: Kept) -> Result<(), PersisterEndedError> {
+    /// Queues a change for storing; does not block.
+    pub(crate) fn keep(&mut self, kept: StoreChange) -> Result<(), PersisterEndedError> {
         let sent = self.to.as_ref().is_some_and(|to| to.send(kept).is_ok());
         self.in_flight += usize::from(sent);
         if sent { Ok(()) } else { Err(PersisterEndedError) }
     }
 
-    /// The next result, in the order of the examples; [`Outcome::PersistedLate`] comes in between. Does not block.
+    /// The next result, in the order of the changes; [`Outcome::PersistedLate`] comes in between. Does not block.
     pub(crate) fn kept(&mut self) -> Option<Outcome<E>> {
         let outcome = self.from.try_recv().ok()?;
         Some(self.note(outcome))
@@ -125,10 +125,11 @@ mod tests {
     use tasks::Example;
 
     use super::*;
+    use crate::Kept;
 
-    fn example(index: u64) -> Kept {
+    fn example(index: u64) -> StoreChange {
         let example = Example { teacher: 1, views: Vec::new() };
-        Kept { key: "task 1".to_owned(), task: "Task 1".to_owned(), index, example }
+        StoreChange::Example(Kept { key: "task 1".to_owned(), task: "Task 1".to_owned(), index, example })
     }
 
     const SOON: Duration = Duration::from_millis(1);
@@ -177,15 +178,15 @@ mod tests {
     fn pending_examples_are_durable_when_the_persister_ends() {
         let (done, count) = unbounded();
         let mut tries = 0;
-        let keep = move |kept: &Kept| {
+        let keep = move |change: &StoreChange| {
             tries += 1;
-            if tries < 60 { Err("full") } else { done.send(kept.index).map_err(|_| "gone") }
+            if tries < 60 { Err("full") } else { done.send(change.clone()).map_err(|_| "gone") }
         };
         let mut persister = Persister::start(keep, NEVER).unwrap();
         for index in 0..100 {
             persister.keep(example(index)).unwrap();
         }
         drop(persister);
-        assert_eq!(count.iter().collect::<Vec<u64>>(), (0..100).collect::<Vec<u64>>());
+        assert_eq!(count.iter().collect::<Vec<_>>(), (0..100).map(example).collect::<Vec<_>>());
     }
 }

@@ -15,7 +15,7 @@ use transport::{Frame, FramePublisher, FrameSubscriber};
 use crate::io::persister::{Outcome, Persister};
 use crate::late_joiner_replay::LateJoinerReplay;
 use crate::reports::{EventQueue, Report};
-use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary};
+use crate::{Input, Learner, LeoBody, Memory, Output, Settings, StoreChange, Vocabulary};
 
 /// Maximum number of events in a frame; more events go into further frames.
 const MAX_EVENTS_PER_FRAME: usize = Events::ROW.capacity.entries(0, 0);
@@ -90,7 +90,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
             let Output { save, events: happened, goals: wanted } = output;
             publish_goals(&member, now.as_nanos(), &header, &wanted, &mut goals)?;
             reports.push(now.as_nanos(), save.len(), happened);
-            save.into_iter().try_for_each(|kept| persister.keep(kept)).map_err(ProcessError::own)?;
+            save.into_iter().try_for_each(|change| persister.keep(change)).map_err(ProcessError::own)?;
             if member.is_lockstep() {
                 // Disk latency is not part of simulated time.
                 await_persisted(now.as_nanos(), &mut persister, &mut reports)?;
@@ -126,13 +126,13 @@ enum MemoryStore {
 }
 
 impl MemoryStore {
-    fn into_writer(self) -> impl FnMut(&Kept) -> Result<(), StorageError> {
+    fn into_writer(self) -> impl FnMut(&StoreChange) -> Result<(), StorageError> {
         let (file, mut memory, taken) = match self {
             Self::Disabled => (None, None, None),
             Self::Locked(busy) => (None, None, Some(busy)),
             Self::Open(file, memory) => (Some(file), Some(memory), None),
         };
-        move |kept| {
+        move |change| {
             if let Some(busy) = &taken {
                 return Err(busy.as_str().into());
             }
@@ -143,7 +143,7 @@ impl MemoryStore {
                     Some(open) => open,
                     None => Box::new(Memory::open(file)?),
                 };
-                open.keep(kept)?;
+                open.change(change)?;
                 memory = Some(open);
                 Ok(())
             };
@@ -168,16 +168,20 @@ fn await_persisted(
 
 /// Reports the result of storing an example.
 fn report(now_ns: u64, outcome: Outcome<StorageError>, reports: &mut EventQueue) {
-    let said = |kept: &Kept, words| Event::new(EventKind::Said, &kept.task, words);
+    let said = |change: &StoreChange, words| Event::new(EventKind::Said, change.task(), words);
     match outcome {
         Outcome::Durable(_) => reports.saved(None),
-        Outcome::Pending(kept, error) => {
-            tracing::error!(task = kept.task, "{error}");
-            reports.saved(Some(said(&kept, "I learned it, but I cannot remember it beyond today")));
+        Outcome::Pending(change, error) => {
+            tracing::error!(task = change.task(), "{error}");
+            let text = match &change {
+                StoreChange::Example(_) => "I learned it, but I cannot remember it beyond today",
+                StoreChange::Rewrite { .. } => "I changed it, but I cannot remember the change beyond today",
+            };
+            reports.saved(Some(said(&change, text)));
         }
-        Outcome::PersistedLate(kept) => {
-            tracing::info!(task = kept.task, "the learned tasks are saved now");
-            reports.push(now_ns, 0, vec![said(&kept, "Now I can remember it beyond today")]);
+        Outcome::PersistedLate(change) => {
+            tracing::info!(task = change.task(), "the learned tasks are saved now");
+            reports.push(now_ns, 0, vec![said(&change, "Now I can remember it beyond today")]);
         }
     }
 }
@@ -335,6 +339,7 @@ fn remembered(folder: Option<&Path>) -> Result<(MemoryStore, Vec<Task>, Vec<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Kept;
 
     #[test]
     fn start_waits_for_a_reader_to_release_the_lock() {
@@ -357,6 +362,7 @@ mod tests {
         assert!(known.is_empty());
         let example = tasks::Example { teacher: 1, views: Vec::new() };
         let kept = Kept { key: "task 1".into(), task: "task 1".into(), index: 0, example };
+        let kept = StoreChange::Example(kept);
         let refused = store.into_writer()(&kept).unwrap_err();
         let file = state::learned(folder.path());
         let in_use = OpenError::InUse { path: file }.to_string();

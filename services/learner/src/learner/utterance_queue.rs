@@ -16,6 +16,8 @@ pub(super) struct PendingSentence {
     said_at: Instant,
     heard_at: Instant,
     pub(super) timing: Timing,
+    /// Whether it was looked at for a stop.
+    pub(super) is_checked: bool,
 }
 
 /// The relation of a sentence to the newest beliefs.
@@ -33,7 +35,7 @@ impl PendingSentence {
     pub(super) fn new(now: Instant, said_at: Instant, utterance: &Utterance) -> Self {
         let speaker = u16::try_from(utterance.speaker).unwrap_or(NOBODY);
         let text = utterance.text.as_str().to_owned();
-        Self { speaker, text, said_at, heard_at: now, timing: Timing::Pending }
+        Self { speaker, text, said_at, heard_at: now, timing: Timing::Pending, is_checked: false }
     }
 
     /// Updates the state of the sentence with the time of the newest beliefs, if any.

@@ -83,7 +83,9 @@ fn only_the_next_sentence_answers_a_question() {
         run.say("No!");
         assert_eq!(run.task("task 1").examples.len(), 1, "after {between:?}");
         let said = run.texts(EventKind::Said).pop().unwrap();
-        assert!(said.starts_with("what is wrong?"), "after {between:?}: {said}");
+        // To a sentence that is not understood Leo asks back, and "no" answers that.
+        let is_dropped = said.starts_with("what is wrong?") || said.starts_with("all right");
+        assert!(is_dropped, "after {between:?}: {said}");
     }
 }
 

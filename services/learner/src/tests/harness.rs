@@ -14,7 +14,7 @@ use message::{
 use motion::Skill;
 use tasks::{OnConflict, Task, key};
 
-use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Vocabulary};
+use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, StoreChange, Vocabulary};
 
 const STEP: Duration = Duration::from_millis(10);
 /// Height to which the teacher lifts a peg, in metres.
@@ -136,7 +136,8 @@ pub(super) struct LearnerHarness {
     pub(super) events: Vec<Event>,
     /// Each task after every stored example.
     pub(super) saved: Vec<(String, Task)>,
-    known: BTreeMap<String, Task>,
+    /// The tasks as they are stored.
+    pub(super) known: BTreeMap<String, Task>,
     pub(super) goal_frames: usize,
     pub(super) incarnation: u64,
     /// The first identity that the current belief process assigns.
@@ -162,7 +163,8 @@ impl LearnerHarness {
 
     pub(super) fn learning(partners: u16, tasks: Vec<Task>, learning: tasks::Settings) -> Self {
         let table = Rc::new(RefCell::new(Table::default()));
-        let settings = Settings { learning, goal_period: Duration::from_millis(20) };
+        let goal_period = Duration::from_millis(20);
+        let settings = Settings { learning, goal_period, spoken_language: language::BuiltIn::English };
         let names = Names::try_from(vec!["the teacher".to_owned()]).unwrap();
         let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap().with_names(&names);
         let body = FakeBody { table: Rc::clone(&table), under_way: None };
@@ -223,11 +225,20 @@ impl LearnerHarness {
             frames.iter().map(|(head, entries)| (head, entries.as_slice())).collect();
         let input = Input { beliefs: &beliefs, utterances, present_rad: &[] };
         let Output { save, events, goals } = self.learner.step(self.now, &input);
-        for Kept { key, task, index, example } in save {
-            let known = self.known.entry(key.clone()).or_insert(Task { name: task, examples: Vec::new() });
-            assert_eq!(u64::try_from(known.examples.len()), Ok(index), "an example is appended");
-            known.examples.push(example);
-            self.saved.push((key, known.clone()));
+        for change in save {
+            match change {
+                StoreChange::Example(Kept { key, task, index, example }) => {
+                    let known =
+                        self.known.entry(key.clone()).or_insert(Task { name: task, examples: Vec::new() });
+                    assert_eq!(u64::try_from(known.examples.len()), Ok(index), "an example is appended");
+                    known.examples.push(example);
+                    self.saved.push((key, known.clone()));
+                }
+                StoreChange::Rewrite { key: old, task } => {
+                    self.known.remove(&old);
+                    self.known.extend(task.map(|task| (key(&task.name), task)));
+                }
+            }
         }
         self.events.extend(events);
         self.goal_frames += usize::from(!goals.is_empty());
