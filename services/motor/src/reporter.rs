@@ -64,13 +64,11 @@ impl Known {
     /// Whether its servo did not answer in time, or got no instruction in time; with `or_lost`, also whether the whole bus
     /// was not served in time.
     fn has_missed_exchanges(&self, or_lost: bool) -> bool {
-        match self.state {
-            Some(
-                (JointMode::Quarantined, JointCause::Silent) | (JointMode::Starting, JointCause::Watchdog),
-            ) => true,
-            Some((JointMode::Quarantined, JointCause::BusLost)) => or_lost,
-            _ => false,
-        }
+        let has_missed = matches!(
+            self.state,
+            Some((JointMode::Quarantined, JointCause::Silent) | (JointMode::Starting, JointCause::Watchdog))
+        );
+        has_missed || or_lost && self.state == Some((JointMode::Quarantined, JointCause::BusLost))
     }
 }
 

@@ -39,10 +39,12 @@ pub enum SettingsError {
 
 /// Why a file cannot be read; for a mistaken path, what to name instead.
 fn read_fault(source: &io::Error) -> String {
-    match source.kind() {
-        ErrorKind::IsADirectory => "it is a directory; name the file in it".to_owned(),
-        ErrorKind::NotADirectory => "a part of its path is a file, and not a directory".to_owned(),
-        _ => source.to_string(),
+    if source.kind() == ErrorKind::IsADirectory {
+        "it is a directory; name the file in it".to_owned()
+    } else if source.kind() == ErrorKind::NotADirectory {
+        "a part of its path is a file, and not a directory".to_owned()
+    } else {
+        source.to_string()
     }
 }
 

@@ -299,10 +299,12 @@ pub enum PageAddressError {
 
 impl PageAddressError {
     fn new(address: SocketAddr, source: io::Error) -> Self {
-        match source.kind() {
-            io::ErrorKind::AddrInUse => Self::InUse(address),
-            io::ErrorKind::AddrNotAvailable => Self::Absent(address),
-            _ => Self::Refused { address, source },
+        if source.kind() == io::ErrorKind::AddrInUse {
+            Self::InUse(address)
+        } else if source.kind() == io::ErrorKind::AddrNotAvailable {
+            Self::Absent(address)
+        } else {
+            Self::Refused { address, source }
         }
     }
 }
