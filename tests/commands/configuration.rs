@@ -4,7 +4,7 @@ use std::fs;
 use std::net::TcpListener;
 
 use crate::assert_refused;
-use crate::harness::{Leo, leo, read, run_leo, wait_until, write};
+use crate::harness::{Leo, leo, read, run_leo, short_lesson, wait_until, write};
 
 const MOVED: &str = "config/traces/moved.jsonl";
 
@@ -146,6 +146,75 @@ fn a_mistake_found_after_parsing_is_named_with_its_line() {
     assert_refused(&run_leo(&["check", "--config", &folder]), 2, &[&folder, "it is a directory"]);
     let within = format!("{config}/leo.toml");
     assert_refused(&run_leo(&["check", "--config", &within]), 2, &[&within, "not a directory"]);
+}
+
+#[test]
+fn a_link_to_a_missing_file_of_the_configuration_is_refused() {
+    let files = tempfile::tempdir().expect("a folder");
+    let config = write(&files, "leo.toml", &read("config/leo.toml"));
+    for name in ["motor.toml", "percepts.toml", "perspective.toml", "leo.urdf"] {
+        let link = files.path().join(name);
+        std::os::unix::fs::symlink("nowhere", &link).expect("links");
+        let refused = run_leo(&["check", "--config", &config]);
+        assert_refused(&refused, 2, &[&link.display().to_string(), "nowhere", "does not exist"]);
+        fs::remove_file(&link).expect("is ours");
+    }
+}
+
+#[test]
+fn examples_in_another_encoding_are_refused_and_a_byte_order_mark_is_read() {
+    let files = tempfile::tempdir().expect("a folder");
+    let text = read("config/examples/squares.jsonl");
+    let utf16: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let latin = [text.as_bytes(), b"# Ren\xe9\n"].concat();
+    let examples = files.path().join("examples.jsonl");
+    let said = examples.display().to_string();
+    for (bytes, words) in [(utf16, ["UTF-16", "iconv"]), (latin, ["0xe9", "Latin-1"])] {
+        fs::write(&examples, bytes).expect("writes");
+        assert_refused(&run_leo(&["learn", &said]), 2, &[&said, words[0], words[1]]);
+    }
+    fs::write(&examples, format!("\u{feff}{text}")).expect("writes");
+    let marked = run_leo(&["learn", &said]);
+    assert_eq!(
+        (marked.status, marked.out),
+        (Some(0), run_leo(&["learn", "config/examples/squares.jsonl"]).out)
+    );
+}
+
+#[test]
+fn no_command_writes_over_a_file_that_it_reads() {
+    let files = tempfile::tempdir().expect("a folder");
+    let lesson = write(&files, "lesson.toml", &short_lesson());
+    let config = write(&files, "leo.toml", &read("config/leo.toml"));
+    let motor = write(&files, "motor.toml", &read("config/motor.toml"));
+    for to in [&lesson, &config, &motor] {
+        let refused = run_leo(&["teach", &lesson, "--config", &config, "--record", to, "--force"]);
+        assert_refused(&refused, 2, &[to, "is read by this command"]);
+    }
+    assert_eq!(fs::read_to_string(&lesson).expect("reads"), short_lesson());
+    for (to, word) in [("/", "directory"), ("/nowhere/x.mcap", "its folder does not exist")] {
+        assert_refused(&run_leo(&["teach", &lesson, "--record", to]), 2, &[to, word]);
+    }
+}
+
+#[test]
+fn a_closed_pipe_ends_every_command_quietly() {
+    for arguments in [
+        &["check", "--seconds", "0"][..],
+        &["check", "--seconds", "0", "--json"],
+        &["tasks", "list"],
+        &["tasks", "export"],
+        &["learn", "config/examples/squares.jsonl"],
+        &["believe", MOVED],
+        &["evaluate", "--help"],
+    ] {
+        let (reader, writer) = std::io::pipe().expect("a pipe");
+        drop(reader);
+        let (mut command, _files) = leo(arguments);
+        let ended = command.stdout(writer).output().expect("starts");
+        let said = String::from_utf8_lossy(&ended.stderr).into_owned();
+        assert_eq!((ended.status.code(), said.as_str()), (Some(0), ""), "{arguments:?}");
+    }
 }
 
 #[test]

@@ -48,6 +48,10 @@ fn learned_tasks_are_listed_shown_exported_forgotten_and_imported() {
     let listed: Value = serde_json::from_str(&ask(&["list", "--json"]).out).expect("is JSON");
     assert_eq!(listed, json!([{ "name": "Task 1", "examples": 1, "rule": "all red" }]));
 
+    // An invalid setting is refused before anything is forgotten.
+    let unset = ask(&["forget", "task 1", "--set", "belief.partners=x"]);
+    assert_refused(&unset, 2, &["belief.partners"]);
+
     // An export can be imported again and gives the same export.
     let out = ask(&["export"]).out;
     let known = ask(&["import", &file]);
