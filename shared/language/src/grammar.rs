@@ -266,7 +266,7 @@ fn act(attempt: &Attempt, text: &str, context: &Context, lexicon: &Lexicon) -> A
             Slot::Pronoun => act.task = context.referent().cloned(),
             Slot::Fresh(range) => act.task = Some(spelled(attempt, range, text)),
             Slot::Name(range) if attempt.kind == ActKind::Teach => {
-                act.task = Some(spelled(attempt, range, text))
+                act.task = Some(spelled(attempt, range, text));
             }
             Slot::Name(range) => act.name = Some(spelled(attempt, range, text)),
             Slot::Feature(index) => {
