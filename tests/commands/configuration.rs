@@ -162,7 +162,7 @@ fn a_link_to_a_missing_file_of_the_configuration_is_refused() {
 }
 
 #[test]
-fn examples_in_another_encoding_are_refused_and_a_byte_order_mark_is_read() {
+fn examples_in_another_encoding_are_refused_and_a_mark_is_read() {
     let files = tempfile::tempdir().expect("a folder");
     let text = read("config/examples/squares.jsonl");
     let utf16: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();

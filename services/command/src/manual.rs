@@ -24,8 +24,12 @@ pub(crate) struct Manual {
 impl Manual {
     /// Writes the pages and completions of `program`.
     pub(crate) fn run(&self, program: &clap::Command) -> Result<ExitCode, CommandError> {
-        for made in ["man/leo.1", "completions/leo.bash", "completions/_leo", "completions/leo.fish"] {
-            self.force.named(&self.directory.join(made))?;
+        // The folders of new files are made.
+        let made = ["man/leo.1", "completions/leo.bash", "completions/_leo", "completions/leo.fish"];
+        for file in made.map(|made| self.directory.join(made)) {
+            if file.symlink_metadata().is_ok() {
+                self.force.named(&file)?;
+            }
         }
         write(program, &self.directory).map_err(|error| {
             CommandError::runtime(format!("cannot write to {}: {error}", self.directory.display()))
