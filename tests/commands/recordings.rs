@@ -83,7 +83,8 @@ fn an_impossible_recording_or_replay_is_refused() {
     let both = ["teach", &lesson, &lesson, "--record", "x.mcap"];
     let two = run_leo(&both);
     assert_refused(&two, 2, &["--record"]);
-    assert_refused(&run_leo(&["teach", &lesson, "--record", "/nowhere/x.mcap"]), 1, &["/nowhere/x.mcap"]);
+    let nowhere = run_leo(&["teach", &lesson, "--record", "/nowhere/x.mcap"]);
+    assert_refused(&nowhere, 2, &["/nowhere/x.mcap", "folder"]);
     // The disk is full from the first byte on.
     let full = run_leo(&["teach", &lesson, "--record", "/dev/full"]);
     assert_refused(&full, 1, &["/dev/full", &std::io::Error::from(rustix::io::Errno::NOSPC).to_string()]);

@@ -160,7 +160,7 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     let output = run_leo(&["replay", &one, "--record", &other, "--force"]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
-    assert_refused(&run_leo(&["replay", &one, "--record", &one]), 2, &["--record"]);
+    assert_refused(&run_leo(&["replay", &one, "--record", &one]), 2, &["is read by this command"]);
 
     // Flips one bit of the teacher's modelled beliefs: the confidence of the second percept of the first
     // belief.
@@ -357,10 +357,10 @@ fn a_replay_ends_when_its_output_is_closed_unless_it_records() {
     if status.is_none() {
         replay.kill().expect("ours");
     }
-    assert_eq!(status.and_then(|status| status.code()), Some(1));
+    assert_eq!(status.and_then(|status| status.code()), Some(0));
     let mut said = String::new();
     replay.stderr.take().expect("piped").read_to_string(&mut said).expect("reads");
-    assert!(said.contains("cannot write to standard output"), "{said}");
+    assert_eq!(said, "");
 
     let again = file(&folder, "again.mcap");
     let (mut command, _files) = leo(&["replay", &to, "--speed", "100", "--record", &again]);

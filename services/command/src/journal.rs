@@ -73,7 +73,7 @@ fn filter_fault(demanded: &str) -> Option<String> {
         // A span's fields are in brackets, and may have their own `=`.
         let (target, level) = part.rsplit_once(']').map_or(part, |(_, rest)| rest).split_once('=').unzip();
         let word = level.unwrap_or(part);
-        if target.is_some_and(|target| target.trim().is_empty()) {
+        if !part.contains('[') && target.is_some_and(|target| target.trim().is_empty()) {
             return Some(format!("no part of the program is named before the `=` of `{part}`"));
         }
         if !part.contains('[') && !is_level(word) {
@@ -184,7 +184,7 @@ mod tests {
             ("debgu", "did you mean `debug`?"),
             ("leo=loud", "`loud` is no level"),
             ("warn,quinn=", "`` is no level"),
-            ("=debug", "no level"),
+            ("=debug", "no part of the program"),
             ("7", "`7` is no level"),
         ] {
             assert!(filter_fault(unknown).is_some_and(|fault| fault.contains(word)), "{unknown}");

@@ -162,12 +162,13 @@ impl Replay {
         if let Some(why) = played.incomparable {
             let _ = writeln!(text, "nothing was compared: {why}");
         }
-        output::print_beside(&outputs, &text)?;
+        let printed = output::print_beside(&outputs, &text);
         if reader.is_cut() && reader.frames() > 0 {
             tracing::warn!("{name} is truncated: it was replayed up to there");
         }
         match played.wrong {
-            None => Ok(ExitCode::SUCCESS),
+            None => printed.map(|()| ExitCode::SUCCESS),
+            // A difference counts also whose report is not read.
             Some(wrong) => Err(CommandError::runtime(format!("{name}: the first difference is in {wrong}"))),
         }
     }

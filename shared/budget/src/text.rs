@@ -66,18 +66,23 @@ const BINARY: [(&[u8], &str); 6] = [
     (b"BZh", "compressed by bzip2: unpack it with `bunzip2`"),
     (&[0xfd, b'7', b'z', b'X', b'Z', 0], "compressed by xz: unpack it with `unxz`"),
     (b"PK\x03\x04", "a zip archive: unpack it with `unzip`"),
-    (&[0x89, b'M', b'C', b'A', b'P'], "an MCAP file, and a text is needed here: is it the right file?"),
+    (&[0x89, b'M', b'C', b'A', b'P'], "an MCAP file, and a text is needed here"),
 ];
+
+/// Whether a byte is in no text of any of the usual encodings of single bytes.
+fn is_of_no_text(byte: &u8) -> bool {
+    byte.is_ascii_control() && !byte.is_ascii_whitespace() && *byte != 0x0b
+}
 
 /// That a text is not UTF-8 from an offset on.
 fn no_utf8_from(bytes: &[u8], offset: usize) -> String {
     if let Some((_, kind)) = BINARY.iter().find(|(begin, _)| bytes.starts_with(begin)) {
         return format!("is no text, but {kind}");
     }
-    if bytes.contains(&0) {
-        return "is no text, but binary: is it the right file?".to_owned();
-    }
     let byte = bytes.get(offset).copied().unwrap_or_default();
+    if bytes.iter().any(is_of_no_text) || matches!(byte, 0x81..=0x90 | 0x98..=0x9f) {
+        return "is no text, but binary: name the right file".to_owned();
+    }
     format!(
         "is not UTF-8: it has the byte 0x{byte:02x}, as a letter with an accent in Latin-1 (ISO 8859-1) has; save it as \
          UTF-8, or convert it with `iconv -f ISO-8859-1 -t UTF-8`"
@@ -138,6 +143,15 @@ mod tests {
             error.starts_with("line 2 ") && error.contains("0xe9") && error.contains("Latin-1"),
             "{error}"
         );
+        for (bytes, word) in [
+            (&b"\x1f\x8b\x08\0"[..], "gunzip"),
+            (b"\x89MCAP0\r\n", "MCAP"),
+            (b"\x89PNG\r\n\x1a\n", "binary"),
+            (b"caf\xe9 \x93quoted\x94", "Latin-1"),
+        ] {
+            let fault = encoding_fault(bytes).unwrap();
+            assert!(fault.contains(word), "{fault}");
+        }
         // A byte order mark of UTF-8 is none of another encoding.
         assert_eq!(other_encoding(b"\xef\xbb\xbfa = 1"), None);
         assert_eq!(other_encoding("\u{e9} = 1".as_bytes()), None);

@@ -39,7 +39,9 @@ fn of_value(message: &str) -> String {
     if let Some(wanted) = message.strip_prefix("wanted ") {
         return format!("expected {}", expected_in_words(wanted));
     }
-    syntax(message).unwrap_or(message).to_owned()
+    // The TOML parser appends what it expected.
+    let fault = message.split_once(", expected ").map_or(message, |(fault, _)| fault);
+    syntax(fault).unwrap_or(message).to_owned()
 }
 
 /// A fault of the syntax in words that a person who does not write parsers understands.
@@ -53,7 +55,7 @@ fn syntax(message: &str) -> Option<&'static str> {
         "missing comma between key-value pairs" => "`,` is missing between two keys of the table",
         "extra comma in array" | "extra comma in inline table" => "one `,` too many",
         "missing value" | "missing value for key" => "the value is missing",
-        "string values must be quoted" => "a text has to be in quotes",
+        "string values must be quoted" => "here should be a value; a text has to be in quotes",
         "missing opening quote" => "the quote at the beginning of the text is missing",
         "missing key for inline table element" | "unquoted keys cannot be empty" => "the key is missing",
         "invalid unquoted key" => {

@@ -157,7 +157,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             ByHand(by_hand::add_camera),
             Line("leo check --config camera/leo.toml --seconds 0", Says("65 joints")),
             Line(
-                "leo run --config camera/leo.toml --domain /dev/shm/leo-camera --for 120",
+                "leo run --config camera/leo.toml --domain /dev/shm/leo-camera --for 600",
                 Stays("sends no frames"),
             ),
             Line("python3 -m venv venv && venv/bin/pip install iceoryx2==0.10.0", NotRun(NETWORK)),

@@ -115,9 +115,9 @@ fn a_mistake_is_reported_with_its_place_and_correction() {
         (r#"{"at_ns": 1, "source": 70000, "observations": []}"#, "source: ", "70000"),
         (r#"{"observations": []}"#, "line 2", "missing field `at_ns`"),
         (r#"{"at_ns": 1, "at_ns": 2, "observations": []}"#, "line 2, column 20, ", "duplicate field"),
-        (r#"{"at_ns": 1, "observations": []} {}"#, "line 2, column", "trailing"),
-        (r#"{"at_ns": 1, "observations": ["#, "line 2", "EOF"),
-        ("time,x,y", "line 2, column", "expected"),
+        (r#"{"at_ns": 1, "observations": []} {}"#, "line 2, column", "more follows"),
+        (r#"{"at_ns": 1, "observations": ["#, "line 2", "it ends within a list"),
+        ("time,x,y", "line 2, column", "this is no value"),
     ];
     for (line, place, right) in cases {
         let said = complaint(line);
@@ -155,7 +155,7 @@ fn a_foreign_file_is_distinguished_from_another_trace_version() {
     let cases: [(Vec<u8>, &str, bool); 9] = [
         (b"".to_vec(), "it is empty", false),
         (b"time,x,y\n1,2,3\n".to_vec(), "its first line is no header", false),
-        (b"\x89PNG\r\n\x1a\n\0\0".to_vec(), "its first line is no header", false),
+        (b"\x89PNG\r\n\x1a\n\0\0".to_vec(), "no text, but binary", false),
         (b"{\"at_ns\": 1, \"observations\": []}\n".to_vec(), "its first line is no header", false),
         (b"{\"leo_trace\": 2, \"units\": 5}\n".to_vec(), "of version 2", true),
         (b"{\"leo_trace\": \"1\"}\n".to_vec(), "of version \"1\"", true),
