@@ -133,7 +133,7 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         ("max_objects = 64 ", "max_objects = 5000 ", "4096"),
         ("partners = 1", "", "missing field `partners`"),
         ("on_conflict = \"human\"", "on_conflict = \"humna\"", "did you mean `human`?"),
-        ("max_objects = 64 ", "max_objects = ", "expected"),
+        ("max_objects = 64 ", "max_objects = ", "a value"),
         ("listen = []", "listen = [\"tcp/0.0.0.0:7447\"]", "is no endpoint"),
         ("side = \"off\"", "side = \"robot\"", "needs `listen` or `connect`"),
         ("remote_processes = [", "remote_processes = [\"motor\", ", "unknown value `motor`"),
