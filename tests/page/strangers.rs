@@ -104,10 +104,10 @@ fn every_page_message_is_answered_and_the_robot_continues() {
     let mut page = Page::open(&robot.host);
     page.wait("a robot at work", |cells| cells.values().any(|cell| cell["kind"] == "object"));
     for (message, said) in [
-        ("", "EOF"),
+        ("", "ends where a value should be"),
         ("[]", "missing field `do`"),
         (r#"{"do":"fly","id":1}"#, "unknown value `fly`"),
-        (r#"{"do":"carry","id":1,"at":[0,0,1e999]}"#, "number out of range"),
+        (r#"{"do":"carry","id":1,"at":[0,0,1e999]}"#, "the number is too large"),
         (r#"{"do":"put","id":1,"at":[0,0,0]}"#, "the hand is empty"),
         (r#"{"do":"seat","id":1,"eyes":[1e300,0,0],"looks_at":[0,0,0]}"#, "from -100 to 100 m"),
         (r#"{"do":"open","id":1,"lesson":"../../../../etc/passwd"}"#, "passwd.toml"),
