@@ -154,7 +154,7 @@ impl Evaluate {
         let inputs = [self.trace.as_deref(), self.detections.as_deref(), Some(self.truth.as_path())];
         let configuration = config::read_files(self.config.as_deref());
         let inputs = inputs.into_iter().flatten().chain(configuration.iter().map(PathBuf::as_path));
-        self.force.named_apart(file, inputs)
+        self.force.named_unless_read(file, inputs)
     }
 
     /// Runs the trace through the belief systems, compares, and prints the measures.

@@ -32,7 +32,7 @@ impl Force {
     }
 
     /// As [`Self::named`], and refuses a file that the command reads: it would be lost.
-    pub(crate) fn named_apart<'a>(
+    pub(crate) fn named_unless_read<'a>(
         self,
         file: &Path,
         inputs: impl IntoIterator<Item = &'a Path>,

@@ -87,7 +87,7 @@ impl Record {
         domain.check_layouts().map_err(CommandError::runtime)?;
         let configuration = config::read_files(self.config.as_deref());
         let inputs = self.lesson.iter().chain(&configuration).map(PathBuf::as_path);
-        let to = self.force.named_apart(file, inputs)?;
+        let to = self.force.named_unless_read(file, inputs)?;
         let stop = process::stop_flag().map_err(CommandError::runtime)?;
         let recorder = match self.last {
             None => Recorder::start(&domain, subject, &to),

@@ -64,7 +64,7 @@ impl Replay {
         {
             return Err(CommandError::usage("--to must be after --from: nothing lies between them"));
         }
-        let output = self.record.as_deref().map(|to| self.force.named_apart(to, [self.file.as_path()]));
+        let output = self.record.as_deref().map(|to| self.force.named_unless_read(to, [self.file.as_path()]));
         let outputs = Vec::from_iter(output.transpose()?);
         let file = fs::File::open(&self.file)
             .map_err(|error| CommandError::usage(format!("cannot read {name}: {error}")))?;
@@ -168,7 +168,7 @@ impl Replay {
         }
         match played.wrong {
             None => printed.map(|()| ExitCode::SUCCESS),
-            // A difference counts also whose report is not read.
+            // A difference is an error, also if the report cannot be printed.
             Some(wrong) => Err(CommandError::runtime(format!("{name}: the first difference is in {wrong}"))),
         }
     }

@@ -97,7 +97,7 @@ impl Teach {
     fn output(&self) -> Result<Option<Output>, CommandError> {
         let configuration = config::read_files(self.config.as_deref());
         let inputs = || self.lessons.iter().chain(&configuration).map(PathBuf::as_path);
-        self.record.as_deref().map(|to| self.force.named_apart(to, inputs())).transpose()
+        self.record.as_deref().map(|to| self.force.named_unless_read(to, inputs())).transpose()
     }
 
     /// The recording to make of a lesson, if requested.

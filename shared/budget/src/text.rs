@@ -48,15 +48,28 @@ pub fn other_encoding(bytes: &[u8]) -> Option<&'static str> {
 /// What is wrong with the encoding of a line or of a whole text, and what to do; `None` for UTF-8.
 #[must_use]
 pub fn encoding_fault(bytes: &[u8]) -> Option<String> {
-    let valid = std::str::from_utf8(bytes);
-    match (other_encoding(bytes), valid) {
-        (Some(encoding), _) => Some(format!(
+    if let Some(fault) = foreign_fault(bytes) {
+        return Some(fault);
+    }
+    let error = std::str::from_utf8(bytes).err()?;
+    Some(format!("it {}", invalid_byte(bytes, error.valid_up_to())))
+}
+
+/// What is wrong with bytes that are no UTF-8 as a whole: a text in a wide encoding, or no text.
+fn foreign_fault(bytes: &[u8]) -> Option<String> {
+    if let Some(encoding) = other_encoding(bytes) {
+        return Some(format!(
             "it is encoded as {encoding}, and has to be UTF-8: save it as UTF-8, or convert it with `iconv -f {encoding} \
              -t UTF-8`"
-        )),
-        (None, Err(error)) => Some(format!("it {}", no_utf8_from(bytes, error.valid_up_to()))),
-        (None, Ok(_)) => None,
+        ));
     }
+    let invalid_at = std::str::from_utf8(bytes).err()?.valid_up_to();
+    if let Some((_, kind)) = BINARY.iter().find(|(begin, _)| bytes.starts_with(begin)) {
+        return Some(format!("it is no text, but {kind}"));
+    }
+    let is_of_no_letter = bytes.get(invalid_at).is_some_and(|byte| matches!(byte, 0x81..=0x90 | 0x98..=0x9f));
+    let is_binary = is_of_no_letter || bytes.iter().any(is_of_no_text);
+    is_binary.then(|| "it is no text, but binary: name the right file".to_owned())
 }
 
 /// How files begin that are no text, what they are, and what to do.
@@ -74,15 +87,9 @@ fn is_of_no_text(byte: &u8) -> bool {
     byte.is_ascii_control() && !byte.is_ascii_whitespace() && *byte != 0x0b
 }
 
-/// That a text is not UTF-8 from an offset on.
-fn no_utf8_from(bytes: &[u8], offset: usize) -> String {
-    if let Some((_, kind)) = BINARY.iter().find(|(begin, _)| bytes.starts_with(begin)) {
-        return format!("is no text, but {kind}");
-    }
+/// That a text of single bytes is not UTF-8 at an offset.
+fn invalid_byte(bytes: &[u8], offset: usize) -> String {
     let byte = bytes.get(offset).copied().unwrap_or_default();
-    if bytes.iter().any(is_of_no_text) || matches!(byte, 0x81..=0x90 | 0x98..=0x9f) {
-        return "is no text, but binary: name the right file".to_owned();
-    }
     format!(
         "is not UTF-8: it has the byte 0x{byte:02x}, as a letter with an accent in Latin-1 (ISO 8859-1) has; save it as \
          UTF-8, or convert it with `iconv -f ISO-8859-1 -t UTF-8`"
@@ -91,13 +98,11 @@ fn no_utf8_from(bytes: &[u8], offset: usize) -> String {
 
 /// The error of a whole text that is not UTF-8 from an offset on: its encoding, its line, and what to do.
 fn not_utf8(bytes: &[u8], offset: usize) -> io::Error {
-    let reason = if other_encoding(bytes).is_some() {
-        encoding_fault(bytes).unwrap_or_default()
-    } else {
+    let reason = foreign_fault(bytes).unwrap_or_else(|| {
         let before = bytes.get(..offset).unwrap_or(bytes);
         let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
-        format!("line {line} {}", no_utf8_from(bytes, offset))
-    };
+        format!("line {line} {}", invalid_byte(bytes, offset))
+    });
     io::Error::new(io::ErrorKind::InvalidData, reason)
 }
 
@@ -149,8 +154,11 @@ mod tests {
             (b"\x89PNG\r\n\x1a\n", "binary"),
             (b"caf\xe9 \x93quoted\x94", "Latin-1"),
         ] {
-            let fault = encoding_fault(bytes).unwrap();
-            assert!(fault.contains(word), "{fault}");
+            let (of_line, whole) =
+                (encoding_fault(bytes).unwrap(), read_text(bytes, "a test", 100).unwrap_err());
+            assert!(of_line.contains(word), "{of_line}");
+            assert!(whole.to_string().contains(word), "{whole}");
+            assert_eq!(whole.to_string().starts_with("line 1 "), word == "Latin-1", "{whole}");
         }
         // A byte order mark of UTF-8 is none of another encoding.
         assert_eq!(other_encoding(b"\xef\xbb\xbfa = 1"), None);

@@ -20,11 +20,11 @@ pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, SettingsError> {
 /// The file cannot be read, is not UTF-8, or exceeds the size limit for configuration files.
 pub fn text(file: &Path) -> Result<String, SettingsError> {
     budget::text(file)
-        .map_err(|source| SettingsError::Read { file: file.to_owned(), source: told(file, source) })
+        .map_err(|source| SettingsError::Read { file: file.to_owned(), source: explain_link(file, source) })
 }
 
 /// The error of reading a file; for a link to a missing file, where it leads.
-fn told(file: &Path, source: io::Error) -> io::Error {
+fn explain_link(file: &Path, source: io::Error) -> io::Error {
     match fs::read_link(file) {
         Ok(target) if source.kind() == io::ErrorKind::NotFound => io::Error::new(
             io::ErrorKind::NotFound,

@@ -57,7 +57,7 @@ pub(crate) fn unread(leo: &Path) -> Vec<UnreadFile> {
             if SIBLINGS.contains(&name.as_str()) || name == "leo.toml" {
                 return None;
             }
-            // A copy beside its original is nobody's mistake.
+            // A copy beside its original is no mistake.
             let copied = original(&name).filter(|sibling| !is_there(sibling));
             let meant = nearest(&name).or(copied);
             let is_configuration =
