@@ -57,12 +57,21 @@ pub enum ClaimError {
     },
 }
 
-/// Claims a domain; creates its directory if necessary.
+/// Claims a domain; creates its directory if necessary, and removes the directory again if that fails.
 ///
 /// # Errors
 ///
 /// Another process holds the claim, or the directory cannot be created.
 pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
+    let claimed = make_and_lock(domain);
+    if matches!(claimed, Err(ClaimError::Failed { .. })) {
+        // A sweep skips a directory without a claim file. The removal fails unless the directory is empty.
+        let _gone_if_empty = fs::remove_dir(domain.root());
+    }
+    claimed
+}
+
+fn make_and_lock(domain: &Domain) -> Result<Claim, ClaimError> {
     let root = domain.root();
     let path = root.join(CLAIM_FILE);
     loop {
