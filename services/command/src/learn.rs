@@ -148,7 +148,7 @@ fn conclude(
     settings: &Settings,
 ) -> Conclusion {
     let (teacher, language) = (examples.teacher, &examples.language);
-    let shown = examples.shown.iter().map(|shown| Example { teacher, views: shown.views.clone() });
+    let shown = examples.shown.iter().map(|shown| Example::shown(teacher, shown.views.clone()));
     let task = Task { name: examples.title.clone().unwrap_or_default(), examples: shown.collect() };
     let (followed, open_question) = match decide_with(language, &task, newest, teacher, settings.on_conflict)
     {

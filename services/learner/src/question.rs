@@ -88,7 +88,7 @@ impl Question {
             after: thing(yes),
             executables: Vec::new(),
         };
-        Example { teacher, views: perspectives.iter().map(view).collect() }
+        Example::shown(teacher, perspectives.iter().map(view).collect())
     }
 }
 

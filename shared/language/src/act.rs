@@ -11,15 +11,62 @@ pub struct Act {
     pub task: Option<String>,
     /// The new name that it gives.
     pub name: Option<String>,
-    /// The features of the object that it is about, as the context spells them; empty if it is about no single one.
-    pub object: Vec<String>,
+    /// The objects that it is about, each by its features as the context spells them. "The red square and the blue one"
+    /// has two.
+    pub objects: Vec<Vec<String>>,
+    /// Where the objects are, or who sees them.
+    pub scope: Option<Scope>,
+    /// The feature that it is about, as the context spells it: "colour".
+    pub feature: Option<String>,
+    /// The number of objects.
+    pub count: Option<u32>,
+    /// Whether it is about a single object: "the one on my left".
+    pub is_single: bool,
+}
+
+/// Where objects are, or who sees them. A rule of a language file whose name is `scope_` and one of these in snake case
+/// means it.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub enum Scope {
+    /// "That I can see".
+    ISee,
+    /// "That I can't see", "behind the wall".
+    IDoNotSee,
+    /// "That you can see".
+    YouSee,
+    /// "On my left".
+    MyLeft,
+    /// "On my right".
+    MyRight,
+    /// "On your left".
+    YourLeft,
+    /// "On your right".
+    YourRight,
+}
+
+impl Scope {
+    /// The scope of a name in a language file.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        let name = serde::de::value::StrDeserializer::<serde::de::value::Error>::new(name);
+        Self::deserialize(name).ok()
+    }
 }
 
 impl Act {
     /// An act about nothing in particular.
     #[must_use]
     pub fn new(kind: ActKind) -> Self {
-        Self { kind, task: None, name: None, object: Vec::new() }
+        Self {
+            kind,
+            task: None,
+            name: None,
+            objects: Vec::new(),
+            scope: None,
+            feature: None,
+            count: None,
+            is_single: false,
+        }
     }
 }
 
@@ -91,7 +138,21 @@ pub enum ActKind {
     WhatNext,
     /// "What would settle it?"
     WhatSettles,
-    /// "Only the red ones": tells a rule.
+    /// "Only the red ones": tells which objects a rule is about.
+    TellOnly,
+    /// "Also the red ones".
+    TellAlso,
+    /// "Not the blue one".
+    TellNot,
+    /// "All but the blue ones".
+    TellAllBut,
+    /// "All of them".
+    TellAll,
+    /// "It does not matter which colour".
+    TellIrrelevant,
+    /// "Three of them".
+    TellCount,
+    /// Tells something about a rule in other words.
     Tell,
 }
 
@@ -100,6 +161,22 @@ impl ActKind {
     #[must_use]
     pub const fn is_movement(self) -> bool {
         matches!(self, Self::Do | Self::Again | Self::GoOn)
+    }
+
+    /// Whether the act tells something about a rule.
+    #[must_use]
+    pub const fn is_telling(self) -> bool {
+        matches!(
+            self,
+            Self::TellOnly
+                | Self::TellAlso
+                | Self::TellNot
+                | Self::TellAllBut
+                | Self::TellAll
+                | Self::TellIrrelevant
+                | Self::TellCount
+                | Self::Tell
+        )
     }
 
     /// Whether the act asks something.

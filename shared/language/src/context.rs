@@ -11,6 +11,8 @@ pub struct Context {
     pub is_moving: bool,
     /// The words for features of objects, such as "blue" or "square".
     pub features: Vec<String>,
+    /// The names of the features, such as "colour".
+    pub feature_names: Vec<String>,
 }
 
 impl Context {

@@ -238,7 +238,9 @@ fn is_question_mark(text: &str) -> bool {
 /// Whether a person who says this to a robot that moves wants something else than it does.
 fn is_objection(kind: ActKind, context: &Context) -> bool {
     match kind {
-        ActKind::Deny | ActKind::Cancel | ActKind::Undo | ActKind::Forget | ActKind::Tell => true,
+        ActKind::Deny | ActKind::Cancel | ActKind::Undo | ActKind::Forget => true,
+        ActKind::TellOnly | ActKind::TellAlso | ActKind::TellNot | ActKind::TellAllBut => true,
+        ActKind::TellAll | ActKind::TellIrrelevant | ActKind::TellCount | ActKind::Tell => true,
         ActKind::NotThatOne | ActKind::LikeThis | ActKind::Stop => true,
         ActKind::End => context.showing.is_none(),
         ActKind::KeepOn | ActKind::Greet | ActKind::Farewell | ActKind::Help | ActKind::Thank => false,
@@ -260,6 +262,7 @@ fn act(attempt: &Attempt, text: &str, context: &Context, lexicon: &Lexicon) -> A
     if matches!(attempt.kind, ActKind::Do | ActKind::Again | ActKind::Forget) {
         act.task = context.referent().cloned();
     }
+    let mut last_feature = None;
     for slot in &attempt.slots {
         match slot {
             Slot::Known(index) => act.task = context.names().nth(*index).cloned(),
@@ -270,9 +273,28 @@ fn act(attempt: &Attempt, text: &str, context: &Context, lexicon: &Lexicon) -> A
             }
             Slot::Name(range) => act.name = Some(spelled(attempt, range, text)),
             Slot::Feature(index) => {
-                let word = attempt.sentence.get(*index).map(|token| token.word.trim_start_matches(FEATURE));
-                act.object.extend(word.and_then(|word| lexicon.feature(word, &context.features)).cloned());
+                let Some(token) = attempt.sentence.get(*index) else { continue };
+                let word = token.word.trim_start_matches(FEATURE);
+                let Some(feature) = lexicon.feature(word, &context.features) else { continue };
+                // Words between two features, or a comma, begin another object.
+                let continues = last_feature.replace(*index).is_some_and(|last| last + 1 == *index);
+                match act.objects.last_mut() {
+                    Some(object) if continues && !token.begins_clause => object.push(feature.clone()),
+                    Some(_) | None => act.objects.push(vec![feature.clone()]),
+                }
             }
+            Slot::Scope(scope) => act.scope = Some(*scope),
+            Slot::FeatureName(range) => {
+                let words = attempt.sentence.get(range.clone()).into_iter().flatten();
+                let mut names =
+                    words.filter_map(|token| lexicon.feature(&token.word, &context.feature_names));
+                act.feature = names.next().cloned();
+            }
+            Slot::Count(index) => {
+                let word = attempt.sentence.get(*index).map(|token| lexicon.in_digits(&token.word));
+                act.count = word.and_then(|digits| digits.parse().ok());
+            }
+            Slot::Single => act.is_single = true,
         }
     }
     act

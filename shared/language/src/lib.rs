@@ -14,7 +14,7 @@ mod rules;
 mod stop;
 mod token;
 
-pub use act::{Act, ActKind};
+pub use act::{Act, ActKind, Scope};
 pub use builtin::BuiltIn;
 pub use context::Context;
 pub use grammar::{Grammar, Reading};

@@ -75,10 +75,10 @@ impl Nearest {
         };
         let has = |slot: &str| candidate.say.contains(slot);
         let task = hints.task.clone().filter(|_| has("{task}"));
-        let object = if has("{object}") { hints.object.clone() } else { Vec::new() };
+        let object = Some(hints.object.clone()).filter(|_| has("{object}"));
         let sentence = fill(&candidate.say, "task", task.as_deref().unwrap_or_default());
         let sentence = fill(&sentence, "object", &hints.object_words.join(" "));
-        (Act { task, object, ..Act::new(candidate.kind) }, sentence)
+        (Act { task, objects: object.into_iter().collect(), ..Act::new(candidate.kind) }, sentence)
     }
 
     /// Shared words count by how few acts have them; a task or an object that is named counts as a shared word.

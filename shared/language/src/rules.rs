@@ -11,7 +11,7 @@ use pest_meta::validator;
 use pest_vm::Vm;
 use settings::{Spanned, SpannedError};
 
-use crate::act::ActKind;
+use crate::act::{ActKind, Scope};
 use crate::backtracking::backtracking;
 use crate::executable::executable;
 use crate::file::File;
@@ -37,6 +37,14 @@ const BUILTIN_RULES: usize = 6;
 
 /// The names of rules for the current task begin so.
 const PRONOUN: &str = "pronoun";
+/// The names of rules for a [`Scope`] begin so.
+const SCOPE: &str = "scope_";
+/// The rule for the name of a feature.
+const FEATURE_NAME: &str = "feature_name";
+/// The rule for a number of objects.
+const COUNT: &str = "count";
+/// The rule for words that mean a single object.
+const SINGLE: &str = "single";
 /// The name of an act's rule begins so. A file cannot have such a name: its names have no digits.
 const ACT: &str = "act_0";
 
@@ -53,6 +61,14 @@ pub(crate) enum Slot {
     Name(Range<usize>),
     /// A word for a feature.
     Feature(usize),
+    /// Where objects are, or who sees them.
+    Scope(Scope),
+    /// The name of a feature.
+    FeatureName(Range<usize>),
+    /// A number of objects.
+    Count(usize),
+    /// A single object.
+    Single,
 }
 
 /// The parser of a language.
@@ -83,7 +99,13 @@ impl Rules {
             source.push(name.get_ref(), true, &choices, Some(name.span()));
         }
         for (name, rule) in &file.rules {
-            let is_silent = !name.get_ref().starts_with(PRONOUN);
+            let text = name.get_ref().as_str();
+            if text.strip_prefix(SCOPE).is_some_and(|scope| Scope::named(scope).is_none()) {
+                return Err(SpannedError::at(name, format!("`{text}`: there is no scope of this name")));
+            }
+            let is_silent = !text.starts_with(PRONOUN)
+                && !text.starts_with(SCOPE)
+                && ![FEATURE_NAME, COUNT, SINGLE].contains(&text);
             source.push(name.get_ref(), is_silent, rule.get_ref(), Some(rule.span()));
         }
         let mut acts = Vec::new();
@@ -141,7 +163,13 @@ fn collect(pair: Pair<'_, &str>, index: &impl Fn(usize) -> usize, slots: &mut Ve
         "fresh" => slots.push(Slot::Fresh(words)),
         "name" => slots.push(Slot::Name(words)),
         "feature" => slots.push(Slot::Feature(words.start)),
+        FEATURE_NAME => slots.push(Slot::FeatureName(words)),
+        COUNT => slots.push(Slot::Count(words.start)),
+        SINGLE => slots.push(Slot::Single),
         rule if rule.starts_with(PRONOUN) => slots.push(Slot::Pronoun),
+        rule if let Some(scope) = rule.strip_prefix(SCOPE).and_then(Scope::named) => {
+            slots.push(Slot::Scope(scope));
+        }
         _ => pair.into_inner().for_each(|inner| collect(inner, index, slots)),
     }
 }

@@ -40,7 +40,7 @@ fn german_sentences_are_understood() {
         (&idle, "Warum?", ActKind::Why),
         (&idle, "Bist du sicher?", ActKind::HowSure),
         (&idle, "Und jetzt?", ActKind::WhatNext),
-        (&idle, "Nur die roten", ActKind::Tell),
+        (&idle, "Nur die roten", ActKind::TellOnly),
         (&idle, "Danke schön", ActKind::Thank),
         (&idle, "Gut gemacht", ActKind::Praise),
         (&idle, "Ja, genau", ActKind::Confirm),
@@ -62,5 +62,5 @@ fn german_sentences_are_understood() {
     }
     let object = grammar.understand("Wo ist das blaue Quadrat?", &idle);
     let Reading::Understood(act) = object else { panic!("{object:?}") };
-    assert_eq!(act.object, ["blue", "square"]);
+    assert_eq!(act.objects, [["blue", "square"]]);
 }

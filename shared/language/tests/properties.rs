@@ -18,6 +18,7 @@ fn context(is_moving: bool) -> Context {
         showing: None,
         is_moving,
         features: strings("red,blue,square,peg"),
+        feature_names: strings("colour,shape"),
     }
 }
 

@@ -29,6 +29,7 @@ fn cases() -> Vec<Case> {
             showing: (state == "showing").then(|| "filling".to_owned()),
             is_moving: state == "moving",
             features: strings("red, green, blue, yellow, wood, square, peg, cylinder, small, medium, large"),
+            feature_names: strings("colour, shape, size"),
         };
         Case { line, context, expected: expected.split('/').map(str::to_owned).collect(), text }
     };
@@ -58,10 +59,11 @@ fn is_expected(expected: &str, act: &Act, is_guess: bool) -> bool {
         expected.split_once(':').map_or((expected, None), |(kind, about)| (kind, Some(about)));
     let named =
         [&act.name, &act.task].into_iter().flatten().map(|name| name.to_lowercase().replace("two", "2"));
-    let object = act.object.join(" ");
+    let object = act.objects.concat().join(" ");
     let is_about = about
         .is_none_or(|about| object == about || named.clone().any(|name| name == about.replace("two", "2")));
-    snake_case(act.kind) == kind && (is_guess || is_about)
+    let is_kind = snake_case(act.kind) == kind || kind == "tell" && act.kind.is_telling();
+    is_kind && (is_guess || is_about)
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

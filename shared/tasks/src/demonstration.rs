@@ -1,7 +1,7 @@
 //! What was shown: snapshots, the acts between them, the changes that they made, and the examples of a task.
 //!
 //! Files, the lowest first: a snapshot and the matching of two, identities, a copy of a belief buffer, changes, acts
-//! and their effects, examples, the recording of one.
+//! and their effects, what was told, examples, the recording of one, and what was told as examples.
 
 mod action;
 mod action_effect;
@@ -13,6 +13,8 @@ mod example;
 mod identity;
 mod recording;
 mod snapshot;
+mod telling;
+mod told;
 
 pub use action::{Action, ActionParser};
 pub use action_effect::{ActionContext, ActionEffect, action_effects};
@@ -24,3 +26,6 @@ pub use example::{Example, Executable, Task, View};
 pub use identity::{Identities, WriterState};
 pub use recording::{NothingChangedError, Recording};
 pub use snapshot::{Object, Snapshot};
+pub use telling::{Description, KnownBy, Statement, Telling};
+pub(crate) use told::is_told;
+pub use told::{Contradiction, contradictions_of, with_told};

@@ -24,7 +24,7 @@
 //! | module | purpose |
 //! |---|---|
 //! | `language` | the words: names of percepts and of tasks, lists and numbers |
-//! | `demonstration` | what was shown: snapshots, acts, changes, examples (stages 1 to 3) |
+//! | `demonstration` | what was shown and told: snapshots, acts, changes, examples (stages 1 to 3) |
 //! | `hypotheses` | what it can mean: hypotheses about one goal, and their scores (stage 4) |
 //! | `decision` | what is concluded: rules, the next question, the perspective to follow (stages 4 to 6) |
 //!
@@ -42,9 +42,10 @@ pub use decision::{
     part_positions,
 };
 pub use demonstration::{
-    Action, ActionContext, ActionEffect, ActionParser, Change, Effect, Example, Executable, Identities,
-    NothingChangedError, Object, Recording, Signature, Snapshot, Task, View, WriterState, action_effects,
-    changes, counterparts, describe_change, describe_object, vanished,
+    Action, ActionContext, ActionEffect, ActionParser, Change, Contradiction, Description, Effect, Example,
+    Executable, Identities, KnownBy, NothingChangedError, Object, Recording, Signature, Snapshot, Statement,
+    Task, Telling, View, WriterState, action_effects, changes, contradictions_of, counterparts,
+    describe_change, describe_object, vanished, with_told,
 };
 pub use hypotheses::{
     Class, HypothesisLanguage, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRangeError, OnConflict, Prior,

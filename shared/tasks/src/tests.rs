@@ -5,6 +5,7 @@ mod brute;
 mod conflict;
 mod paper;
 mod properties;
+mod telling;
 
 use std::collections::BTreeMap;
 
@@ -65,7 +66,7 @@ fn learn(views: &[&View]) -> Learned {
 }
 
 fn task(examples: Vec<Vec<View>>) -> Task {
-    let examples = examples.into_iter().map(|views| Example { teacher: 1, views }).collect();
+    let examples = examples.into_iter().map(|views| Example::shown(1, views)).collect();
     Task { name: "task 1".to_owned(), examples }
 }
 

@@ -128,7 +128,7 @@ mod tests {
     use crate::Kept;
 
     fn example(index: u64) -> StoreChange {
-        let example = Example { teacher: 1, views: Vec::new() };
+        let example = Example::shown(1, Vec::new());
         StoreChange::Example(Kept { key: "task 1".to_owned(), task: "Task 1".to_owned(), index, example })
     }
 

@@ -360,7 +360,7 @@ mod tests {
         let _another = Memory::open(&state::learned(folder.path())).unwrap();
         let Ok((store, known, _)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };
         assert!(known.is_empty());
-        let example = tasks::Example { teacher: 1, views: Vec::new() };
+        let example = tasks::Example::shown(1, Vec::new());
         let kept = Kept { key: "task 1".into(), task: "task 1".into(), index: 0, example };
         let kept = StoreChange::Example(kept);
         let refused = store.into_writer()(&kept).unwrap_err();

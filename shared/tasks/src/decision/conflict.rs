@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::explanation::explain;
 use super::learned::Learned;
 use super::rule::Rule;
-use crate::demonstration::{Effect, Object, Signature, Task, has_percepts, is_achieved};
+use crate::demonstration::{Effect, Object, Signature, Task, has_percepts, is_achieved, is_told};
 use crate::hypotheses::{OnConflict, Selection};
 use crate::language::Language;
 
@@ -103,7 +103,8 @@ fn open_question(
     theirs.primary().filter(can_be_asked).find_map(|rule| {
         let goal = &rule.expectation;
         let is_answered = |kind: &BTreeMap<String, String>| {
-            task.answers().any(|answer| answer.features == *kind && has_percepts(answer, goal))
+            is_told(task, kind)
+                || task.answers().any(|answer| answer.features == *kind && has_percepts(answer, goal))
         };
         let kinds = explain(language, task, simulated, rule).unexplained_kinds;
         let kind = kinds.into_iter().find(|kind| !is_answered(kind))?;

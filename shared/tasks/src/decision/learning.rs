@@ -89,7 +89,7 @@ impl Learning {
             },
             object: object.clone(),
         });
-        let new = Demonstration { objects: objects.collect(), is_answer: view.answer().is_some() };
+        let new = Demonstration { objects: objects.collect(), is_answer: view.is_hypothetical() };
         let signatures: BTreeSet<&Signature> = new
             .objects
             .iter()

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::action_effect::ActionEffect;
 use super::change::{Change, Effect, Signature, changes};
 use super::snapshot::{Object, Snapshot};
+use super::telling::Telling;
 
 /// A task as taught so far: the schema S, whose hypotheses are computed from its examples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,6 +24,11 @@ impl Task {
         self.examples.iter().filter_map(move |example| example.view(perspective))
     }
 
+    /// What was said about its rule, in the order of saying.
+    pub fn tellings(&self) -> impl Iterator<Item = &Telling> {
+        self.examples.iter().filter_map(|example| example.telling.as_ref())
+    }
+
     /// The objects of answered questions, in the state that the answer gives them.
     pub fn answers(&self) -> impl Iterator<Item = &Object> {
         self.views(0).filter_map(View::answer)
@@ -34,16 +40,31 @@ impl Task {
     }
 }
 
-/// The record of one demonstration in a schema.
+/// The record of one demonstration in a schema, of an answer, or of a sentence about its rule.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Example {
     /// Its teacher: partner 1, 2, …
     pub teacher: u16,
-    /// The view of every perspective.
+    /// The view of every perspective; empty for a sentence.
     pub views: Vec<View>,
+    /// The sentence, if it is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub telling: Option<Telling>,
 }
 
 impl Example {
+    /// An example that was shown.
+    #[must_use]
+    pub const fn shown(teacher: u16, views: Vec<View>) -> Self {
+        Self { teacher, views, telling: None }
+    }
+
+    /// An example that was told. `teacher` is the one whose perspective is followed.
+    #[must_use]
+    pub const fn told(teacher: u16, telling: Telling) -> Self {
+        Self { teacher, views: Vec::new(), telling: Some(telling) }
+    }
+
     /// The view of one perspective.
     #[must_use]
     pub fn view(&self, perspective: u16) -> Option<&View> {
@@ -82,6 +103,12 @@ impl View {
             [only] => Some(only).filter(|only| only.position_m.is_none()),
             _ => None,
         }
+    }
+
+    /// Whether its objects are hypothetical: those of an answer or of a sentence, which have no position.
+    #[must_use]
+    pub(crate) fn is_hypothetical(&self) -> bool {
+        !self.after.objects.is_empty() && self.after.objects.iter().all(|object| object.position_m.is_none())
     }
 
     /// The part of the view that concerns its agent (the resource perspective): the agent's own objects and the shared

@@ -114,6 +114,6 @@ impl Recording {
             changed |= !changes(&view.before, &view.after, moved_m).is_empty();
             views.push(view);
         }
-        if changed { Ok(Example { teacher: self.teacher, views }) } else { Err(NothingChangedError) }
+        if changed { Ok(Example::shown(self.teacher, views)) } else { Err(NothingChangedError) }
     }
 }

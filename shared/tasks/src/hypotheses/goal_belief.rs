@@ -90,7 +90,8 @@ impl GoalBelief {
             }
             let displaced = change.as_ref().is_some_and(|change| change.displaced);
             let label = if change.as_ref().is_some_and(|change| change.signature == self.signature) {
-                self.is_displaced &= displaced;
+                // An answer or a sentence is about an object without a place.
+                self.is_displaced &= displaced || demonstration.is_answer;
                 self.kinds.insert(object.features.clone());
                 Label::Changed
             } else if is_achieved(object, &self.signature, displaced) {

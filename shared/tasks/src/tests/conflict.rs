@@ -20,7 +20,7 @@ fn with_a_slip() -> Task {
             object.states.insert("filled".to_owned(), false);
         }
     }
-    task.examples.push(Example { teacher: 1, views });
+    task.examples.push(Example::shown(1, views));
     task
 }
 
@@ -31,7 +31,7 @@ fn answer(task: &mut Task, words: &str, yes: bool) {
         vec![crate::Object { position_m: None, ..thing }]
     };
     let views = [0, 1].map(|perspective| view(perspective, thing(false), thing(yes)));
-    task.examples.push(Example { teacher: 1, views: views.to_vec() });
+    task.examples.push(Example::shown(1, views.to_vec()));
 }
 
 #[test]

@@ -151,7 +151,7 @@ fn each_example_is_explained_by_its_own_teachers_view() {
         let (own, his) = (own.clone(), his.clone());
         let other = View { perspective: 3 - teacher, ..own.clone() };
         let views = vec![own, View { perspective: teacher, ..his }, other];
-        *example = crate::Example { teacher, views };
+        *example = crate::Example::shown(teacher, views);
     }
     let of = |views: Vec<&View>| super::learn(&views);
     let taught = of(task.taught(&[0, 1, 2]).collect());
