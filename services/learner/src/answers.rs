@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use quantity::number::{counted, saturating_u32};
 use tasks::{Language, Object, Settings, Snapshot, Task, counterparts, describe_object, listed};
 
 use crate::evaluation::Evaluation;
@@ -57,6 +58,16 @@ pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settin
     match explanation {
         Some(explanation) => format!("{shown}; {explanation}"),
         None => shown,
+    }
+}
+
+/// The examples of a task in words: "2 examples and what you said".
+pub(crate) fn evidence(task: &Task) -> String {
+    let told = saturating_u32(task.tellings().count());
+    let shown = saturating_u32(task.examples.len()).saturating_sub(told);
+    match (shown, told) {
+        (shown, 0) => counted(shown, "example"),
+        (shown, _) => format!("{} and what you said", counted(shown, "example")),
     }
 }
 

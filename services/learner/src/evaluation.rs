@@ -7,7 +7,7 @@ use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
     Decision, Explanation, Language, Learned, OnConflict, OpenQuestion, Rule, Selection, Settings, Task,
-    View, decide_with, differ, explain, learn_with, listed,
+    View, decide_with, differ, explain, learn_with, listed, with_told,
 };
 
 use crate::report::{MAX_REPORTED_RULES, goal_phrase, standing_event, with_expectation};
@@ -229,7 +229,7 @@ fn lead_teacher(task: &Task, perspectives: &[u16]) -> Option<u16> {
     teachers.into_iter().find(|teacher| perspectives.contains(teacher))
 }
 
-/// A perspective's views of a task's examples, reduced to what its agent attends to. The perspective that stands for
+/// A perspective's views of a task's examples, reduced to what its agent attends to, and what was said of them. The perspective that stands for
 /// all teachers uses each example as its own teacher saw it, because that teacher's intention counts.
 pub(crate) fn attended(
     language: &Language,
@@ -242,7 +242,8 @@ pub(crate) fn attended(
     } else {
         task.views(perspective).collect()
     };
-    views.into_iter().map(|view| view.attended(language.moved_m)).collect()
+    let views = views.into_iter().map(|view| view.attended(language.moved_m)).collect();
+    with_told(language, task, views)
 }
 
 /// The perspectives with a view of a task.

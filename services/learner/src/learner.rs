@@ -2,6 +2,7 @@ mod changes;
 mod conversation;
 mod proposal;
 mod replies;
+mod telling;
 mod utterance_queue;
 
 use std::collections::{BTreeMap, VecDeque};
@@ -353,32 +354,46 @@ impl<B: Body> Learner<B> {
             say(output, &name, &format!("I see no more of {gone}: I go by what is still there"));
         }
         teaching.performed = self.performance.as_ref().map(|performance| performance.task.clone());
+        let told = std::mem::take(&mut teaching.told);
         let (last_act, example) = teaching.finish(&self.vocabulary, &snapshots);
         output.events.extend(last_act);
         let example = match example {
             Ok(example) => example,
             Err(nothing) => {
-                say(output, &name, &nothing.to_string());
+                let told =
+                    if told.is_empty() { "" } else { ". What you said about it does not count either" };
+                say(output, &name, &format!("{nothing}{told}"));
                 return;
             }
         };
-        let task =
-            self.tasks.entry(key(&name)).or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
-        task.examples.push(example);
-        self.report_learned(&key(&name), EventKind::DemonstrationEnded, &name, output);
+        let task_key = key(&name);
+        self.tasks
+            .entry(task_key.clone())
+            .or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
+        self.add_example(&task_key, example, output);
+        let has_told = !told.is_empty();
+        self.add_told(&task_key, told, output);
+        self.report_learned(&task_key, EventKind::DemonstrationEnded, &name, output);
+        if has_told {
+            self.ask_about_told(&task_key, output);
+        }
     }
 
-    /// Stores the new example of a task, reports what was learned, and asks about what remains open. `kind` and `text`
+    /// Adds an example to a task, and stores it.
+    fn add_example(&mut self, task_key: &str, example: Example, output: &mut Output) {
+        let Some(task) = require!(self.tasks.get_mut(task_key), "`{task_key}` is a task") else { return };
+        let index = u64::from(saturating_u32(task.examples.len()));
+        task.examples.push(example.clone());
+        let (key, task) = (task_key.to_owned(), task.name.clone());
+        output.save.push(StoreChange::Example(Kept { key, task, index, example }));
+    }
+
+    /// Reports what was learned with a new example of a task, and asks about what remains open. `kind` and `text`
     /// describe the origin of the example.
     fn report_learned(&mut self, task_key: &str, kind: EventKind, text: &str, output: &mut Output) {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
         let Some(task) = require!(self.tasks.get(task_key), "`{task_key}` is a task") else { return };
         let name = task.name.clone();
-        if let Some(example) = require!(task.examples.last(), "`{task_key}` has the new example") {
-            let index = u64::from(saturating_u32(task.examples.len() - 1));
-            let (key, task, example) = (task_key.to_owned(), name.clone(), example.clone());
-            output.save.push(StoreChange::Example(Kept { key, task, index, example }));
-        }
         self.current_task = Some(task_key.to_owned());
         let examples = saturating_u32(task.examples.len());
         output.events.push(Event { examples, ..Event::new(kind, &name, text) });
@@ -392,7 +407,7 @@ impl<B: Body> Learner<B> {
             Some(learned) => {
                 let rule = goal_phrase(learned);
                 let contradictions = contradictions(learned, settings);
-                format!("I learned {name} from {}: {rule}{contradictions}", counted(examples, "example"))
+                format!("I learned {name} from {}: {rule}{contradictions}", answers::evidence(task))
             }
             None => {
                 format!("I saw what changed, but no rule that I know explains {name}; please show it again")

@@ -14,6 +14,7 @@ mod performance;
 mod question;
 mod report;
 mod reports;
+mod statement;
 mod teaching;
 mod views;
 mod vocabulary;

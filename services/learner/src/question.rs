@@ -1,8 +1,8 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use tasks::{
     Effect, Example, Language, Learning, Object, OpenQuestion, Selection, Settings, Signature, Snapshot,
-    Task, View, ask_about, describe_object, explain, key, with_article,
+    Task, View, ask_about, changes, describe_object, explain, is_told, key, with_article,
 };
 
 use crate::evaluation::{Evaluation, attended, perspectives};
@@ -53,6 +53,16 @@ impl Question {
         let inquiry = learning.inquire(&goal, 1).filter(|inquiry| inquiry.bits >= MIN_QUESTION_BITS)?;
         let features = inquiry.objects.into_iter().next().filter(|kind| !is_answered(task, kind, &goal))?;
         Some(Self { task: key.to_owned(), text: inquiry.text, features, goal })
+    }
+
+    /// The question about a kind of object that the robot knows of and the speaker of a sentence does not. `None` if
+    /// there is none, or if each was asked or spoken about.
+    pub(crate) fn about_unknown(language: &Language, key: &str, task: &Task, speaker: u16) -> Option<Self> {
+        let (goal, kind) = unknown_kind(language, task, speaker)?;
+        let mut question = Self::of_kind(language, key, task, kind.clone(), goal.clone());
+        let thing = with_article(&named(language, task, &kind, &goal));
+        question.text = format!("there is {thing} that you cannot see. {}", ask_about("it", &goal));
+        Some(question)
     }
 
     /// The question about an object of a kind.
@@ -106,9 +116,39 @@ fn named(language: &Language, task: &Task, kind: &BTreeMap<String, String>, goal
     describe_object(language, &Object { features: kind.clone(), ..Object::default() }, shown)
 }
 
-/// Whether there is an answer about a kind of object.
+/// A kind of object that a goal can apply to, that the robot knows of and a speaker does not, and about which nothing
+/// was said.
+fn unknown_kind(
+    language: &Language,
+    task: &Task,
+    speaker: u16,
+) -> Option<(Signature, BTreeMap<String, String>)> {
+    let theirs: BTreeSet<&BTreeMap<String, String>> = task.views(speaker).flat_map(kinds).collect();
+    if theirs.is_empty() {
+        return None;
+    }
+    task.views(0).find_map(|view| {
+        let changes = changes(&view.before, &view.after, language.moved_m);
+        let in_place = changes.into_values().filter(|change| !change.displaced);
+        let goals: BTreeSet<Signature> =
+            in_place.filter_map(|change| change.states()).map(|it| it.signature).collect();
+        goals.into_iter().find_map(|goal| {
+            let unknown = view.after.objects.iter().filter(|object| is_eligible(object, &goal));
+            let mut kinds = unknown.map(|object| &object.features).filter(|kind| !theirs.contains(kind));
+            let kind = kinds.find(|kind| !is_answered(task, kind, &goal))?.clone();
+            Some((goal, kind))
+        })
+    })
+}
+
+/// The kinds of the objects of a view.
+fn kinds(view: &View) -> impl Iterator<Item = &BTreeMap<String, String>> {
+    view.before.objects.iter().chain(&view.after.objects).map(|object| &object.features)
+}
+
+/// Whether there is an answer about a kind of object, or something was said about it.
 fn is_answered(task: &Task, kind: &BTreeMap<String, String>, goal: &Signature) -> bool {
-    task.answers().any(|answer| answer.features == *kind && is_eligible(answer, goal))
+    is_told(task, kind) || task.answers().any(|answer| answer.features == *kind && is_eligible(answer, goal))
 }
 
 /// The question that Leo would ask about a task, if its examples are ambiguous.

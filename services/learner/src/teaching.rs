@@ -4,7 +4,7 @@ use clock::Instant;
 use message::{Belief, Event, EventKind, NOBODY};
 use motion::{Handled, Mirror};
 use tasks::{
-    Action, ActionParser, Example, Language, NothingChangedError, Object, Recording, Snapshot,
+    Action, ActionParser, Example, Language, NothingChangedError, Object, Recording, Snapshot, Telling,
     describe_object, vanished,
 };
 
@@ -14,6 +14,8 @@ use crate::{Vocabulary, report};
 #[derive(Clone, Debug)]
 pub(crate) struct Teaching {
     pub(crate) recording: Recording,
+    /// What the teacher said about the rule meanwhile.
+    pub(crate) told: Vec<Telling>,
     /// A task that Leo performed, at least in part, during the demonstration and that is not recorded yet.
     pub(crate) performed: Option<String>,
     mirror: Mirror,
@@ -23,7 +25,13 @@ pub(crate) struct Teaching {
 impl Teaching {
     pub(crate) fn new(task: &str, teacher: u16, snapshots: &BTreeMap<u16, Snapshot>) -> Self {
         let recording = Recording::new(task, teacher, snapshots);
-        Self { recording, performed: None, mirror: Mirror::default(), parser: ActionParser::default() }
+        Self {
+            recording,
+            told: Vec::new(),
+            performed: None,
+            mirror: Mirror::default(),
+            parser: ActionParser::default(),
+        }
     }
 
     /// Resets the detectors after a restart of the belief process: identities changed and movements were missed.

@@ -7,6 +7,7 @@ mod harness;
 mod recovery;
 mod sentences;
 mod stop;
+mod telling;
 mod wrong;
 
 use message::{Event, EventKind};

@@ -40,6 +40,9 @@ wire_enum! {
         MovementSeen = 17,
         /// A task from memory, followed by its hypotheses; sent to new subscribers.
         Remembered = 18,
+        /// A teacher said something about a task's rule, and the sentence became an example; the text is what Leo
+        /// understood.
+        Told = 19,
     }
 }
 

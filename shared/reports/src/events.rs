@@ -68,7 +68,7 @@ pub fn event_text(names: &Names, event: &Event) -> Option<(LineKind, String)> {
         EventKind::Seen => (LineKind::Sees, format!("{text} ({whose})")),
         EventKind::MovementSeen => (LineKind::Sees, text.to_owned()),
         EventKind::ActionSeen => (LineKind::Saw, text.to_owned()),
-        EventKind::DemonstrationEnded | EventKind::Answered => {
+        EventKind::DemonstrationEnded | EventKind::Answered | EventKind::Told => {
             (LineKind::Note, format!("{} of {task} so far", counted(event.examples, "example")))
         }
         EventKind::Hypothesis => {

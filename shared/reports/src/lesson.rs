@@ -189,7 +189,9 @@ impl LessonReport {
                 task.demonstration().counts = true;
                 task.reset_results(event.examples);
             }
-            EventKind::Answered | EventKind::Remembered => task.reset_results(event.examples),
+            EventKind::Answered | EventKind::Told | EventKind::Remembered => {
+                task.reset_results(event.examples);
+            }
             EventKind::Hypothesis => {
                 let hypothesis = Hypothesis {
                     name: text,

@@ -27,5 +27,4 @@ pub use identity::{Identities, WriterState};
 pub use recording::{NothingChangedError, Recording};
 pub use snapshot::{Object, Snapshot};
 pub use telling::{Description, KnownBy, Statement, Telling};
-pub(crate) use told::is_told;
-pub use told::{Contradiction, contradictions_of, with_told};
+pub use told::{Contradiction, contradictions_of, is_told, with_told};

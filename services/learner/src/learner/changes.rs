@@ -3,7 +3,7 @@
 use tasks::{Task, key, listed};
 
 use super::{Learner, Output, StoreChange, say};
-use crate::Body;
+use crate::{Body, answers};
 
 impl<B: Body> Learner<B> {
     /// The names of the known tasks, as a list in words.
@@ -71,17 +71,18 @@ impl<B: Body> Learner<B> {
     /// Forgets the last example of a task; with its only example the task is forgotten.
     pub(super) fn forget_example(&mut self, task_key: &str, output: &mut Output) {
         let Some(task) = self.tasks.get_mut(task_key) else { return };
-        task.examples.pop();
+        let last = task.examples.pop();
         if task.examples.is_empty() {
             self.forget_task(task_key, output);
             return;
         }
         let task = task.clone();
-        let left =
-            quantity::number::counted(quantity::number::saturating_u32(task.examples.len()), "example");
+        let left = answers::evidence(&task);
         output.save.push(StoreChange::Rewrite { key: task_key.to_owned(), task: Some(task.clone()) });
         self.question = None;
-        say(output, &task.name, &format!("I forgot the last example of {}; I go by {left}", task.name));
+        let was_told = last.is_some_and(|last| last.telling.is_some());
+        let last = if was_told { "what you said last about" } else { "the last example of" };
+        say(output, &task.name, &format!("I forgot {last} {}; I go by {left}", task.name));
     }
 
     /// A name for a task that has none yet: "task 3".

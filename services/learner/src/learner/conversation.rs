@@ -7,6 +7,7 @@ use message::EventKind;
 use motion::{Face, Skill};
 use tasks::{Task, key};
 
+use super::proposal::Proposal;
 use super::utterance_queue::PendingSentence;
 use super::{Learner, Output, decline, say};
 use crate::performance::Performance;
@@ -44,7 +45,7 @@ impl<B: Body> Learner<B> {
         let Reading::Understood(act) = self.grammar.understand(&sentence.text, &self.context()) else {
             return None;
         };
-        let proposed = self.proposal.as_ref().is_some_and(super::Proposal::is_movement);
+        let proposed = self.proposal.as_ref().is_some_and(Proposal::is_movement);
         let is_request = act.kind.is_movement() || act.kind == ActKind::Confirm && proposed;
         let current = || self.current_task().map(|task| task.name.clone()).unwrap_or_default();
         is_request.then(|| act.task.unwrap_or_else(current))
@@ -66,6 +67,7 @@ impl<B: Body> Learner<B> {
             showing: self.teaching.as_ref().map(|teaching| teaching.recording.task.clone()),
             is_moving: self.performance.is_some(),
             features: features.collect(),
+            feature_names: self.vocabulary.language.features.iter().map(|words| words.name.clone()).collect(),
         }
     }
 
@@ -83,6 +85,11 @@ impl<B: Body> Learner<B> {
             }
             (Reading::Understood(act), Some(proposal)) if act.kind == ActKind::Confirm => {
                 self.accept(now, said, proposal, present_rad, output);
+            }
+            (Reading::Understood(act), Some(Proposal::GoByWords { task, example }))
+                if act.kind == ActKind::Deny =>
+            {
+                self.settle_contradiction(&task, example, false, output);
             }
             (Reading::Understood(act), Some(_)) if act.kind == ActKind::Deny => {
                 say(output, act.task.as_deref().unwrap_or_default(), "all right, I leave it");
@@ -141,8 +148,11 @@ impl<B: Body> Learner<B> {
                 }
                 None => say(output, "", "I did not do anything"),
             },
-            ActKind::Tell => {
-                say(output, "", "I cannot learn a rule from words yet: please show me, and say \"I'm done\"");
+            ActKind::TellOnly | ActKind::TellAlso | ActKind::TellNot | ActKind::TellAllBut => {
+                self.tell_rule(now, said, act, output);
+            }
+            ActKind::TellAll | ActKind::TellIrrelevant | ActKind::TellCount | ActKind::Tell => {
+                self.tell_rule(now, said, act, output);
             }
             ActKind::Why => self.explain_why(task, output),
             ActKind::Learned => self.tell_learned(task, output),
@@ -150,8 +160,10 @@ impl<B: Body> Learner<B> {
             ActKind::WhatSettles => self.tell_what_settles(task, output),
             ActKind::WhatNext => self.next_step(output),
             ActKind::ListTasks => say(output, "", &format!("I know {}", self.known_names())),
-            ActKind::SeeLeo | ActKind::KnowLeo => self.tell_own_view(now, &act.object, output),
-            ActKind::SeeMe | ActKind::KnowMe => self.tell_their_view(now, said.speaker, &act.object, output),
+            ActKind::SeeLeo | ActKind::KnowLeo => self.tell_own_view(now, &act.objects.concat(), output),
+            ActKind::SeeMe | ActKind::KnowMe => {
+                self.tell_their_view(now, said.speaker, &act.objects.concat(), output)
+            }
             ActKind::Help => self.help(output),
             ActKind::Greet => {
                 say(output, "", &self.grammar.replies().hello.clone());
@@ -258,7 +270,7 @@ impl<B: Body> Learner<B> {
             }
             (None, Some(name)) => {
                 say(output, &name, &format!("I hold still. Should I go on with {name}?"));
-                self.proposal = Some(super::Proposal::Act(Act::new(ActKind::GoOn)));
+                self.proposal = Some(Proposal::Act(Act::new(ActKind::GoOn)));
             }
             (None, None) => say(output, "", "I am not doing anything"),
         }
@@ -315,11 +327,12 @@ impl<B: Body> Learner<B> {
 
     /// Adds the answer to Leo's question as an example.
     fn add_answer_as_example(&mut self, question: &Question, speaker: u16, yes: bool, output: &mut Output) {
-        let task = self.tasks.get_mut(&question.task);
+        let task = self.tasks.get(&question.task);
         if let Some(task) = require!(task, "a question is about a task, and `{}` is one", question.task) {
             // The answer is attributed to the last teacher, whoever gave it, so the chosen perspective does not change.
             let teacher = task.examples.last().map_or(speaker, |example| example.teacher);
-            task.examples.push(question.to_example(yes, teacher, &self.perspectives));
+            let example = question.to_example(yes, teacher, &self.perspectives);
+            self.add_example(&question.task, example, output);
             self.report_learned(&question.task, EventKind::Answered, if yes { "yes" } else { "no" }, output);
         }
     }

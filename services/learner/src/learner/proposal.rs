@@ -18,6 +18,13 @@ pub(super) enum Proposal {
     ForgetTask(String),
     /// Forgets the last example of a task, by its key.
     ForgetExample(String),
+    /// Goes by a sentence, against what contradicts it. "No" forgets the sentence.
+    GoByWords {
+        /// The key of the task.
+        task: String,
+        /// The index of the sentence among the examples.
+        example: usize,
+    },
 }
 
 impl Proposal {
@@ -61,6 +68,7 @@ impl<B: Body> Learner<B> {
             Proposal::Act(act) => self.do_act(now, said, &act, present_rad, output),
             Proposal::ForgetTask(task) => self.forget_task(&task, output),
             Proposal::ForgetExample(task) => self.forget_example(&task, output),
+            Proposal::GoByWords { task, example } => self.settle_contradiction(&task, example, true, output),
         }
     }
 
@@ -87,7 +95,14 @@ impl<B: Body> Learner<B> {
         match self.current_task() {
             Some(Task { name, examples }) if !examples.is_empty() => {
                 let (key, name) = (key(name), name.clone());
-                say(output, &name, &format!("Should I forget the last example of {name}?"));
+                let last = match examples.last().and_then(|example| example.telling.as_ref()) {
+                    Some(telling) => {
+                        let words = telling.statement.words(&self.vocabulary.language);
+                        format!("what you said last about {name}, \"{words}\"")
+                    }
+                    None => format!("the last example of {name}"),
+                };
+                say(output, &name, &format!("Should I forget {last}?"));
                 self.proposal = Some(Proposal::ForgetExample(key));
             }
             Some(_) | None => say(output, "", "there is nothing to undo"),

@@ -100,7 +100,8 @@ pub fn contradictions_of(
 }
 
 /// Whether a sentence of the task says something about a kind of object.
-pub(crate) fn is_told(task: &Task, kind: &Kind) -> bool {
+#[must_use]
+pub fn is_told(task: &Task, kind: &BTreeMap<String, String>) -> bool {
     task.tellings().any(|telling| telling.statement.label(kind, &known(task, telling.speaker)).is_some())
 }
 
@@ -172,8 +173,8 @@ fn label(
 /// speaker whose perspective is not simulated.
 fn known(task: &Task, speaker: u16) -> KnownKinds {
     let kinds = |perspective: u16| -> BTreeSet<Kind> {
-        let objects =
-            task.views(perspective).flat_map(|view| view.before.objects.iter().chain(&view.after.objects));
+        let shown = task.views(perspective).filter(|view| !view.is_hypothetical());
+        let objects = shown.flat_map(|view| view.before.objects.iter().chain(&view.after.objects));
         objects.map(|object| object.features.clone()).collect()
     };
     let robot = kinds(0);
