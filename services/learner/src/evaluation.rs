@@ -6,8 +6,8 @@ use invariant::require;
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Decision, Explanation, Language, Learned, OnConflict, OpenQuestion, Rule, Selection, Settings, Task,
-    View, decide_with, differ, explain, learn_with, listed, with_told,
+    Decision, Explanation, Language, Learned, Learning, OnConflict, OpenQuestion, Rule, Selection, Settings,
+    Task, View, decide_with, differ, explain, listed, told_counts, with_told,
 };
 
 use crate::report::{MAX_REPORTED_RULES, goal_phrase, standing_event, with_expectation};
@@ -48,9 +48,8 @@ impl Evaluation {
         let by_perspective: BTreeMap<u16, Learned> = perspectives
             .iter()
             .map(|&perspective| {
-                let views = attended(language, task, perspectives, perspective);
-                let views: Vec<&View> = views.iter().collect();
-                (perspective, learn_with(language, &views, settings))
+                let mut learning = learning(language, task, perspectives, perspective, settings);
+                (perspective, learning.learned())
             })
             .collect();
         let teacher = lead_teacher(task, perspectives).unwrap_or(0);
@@ -229,14 +228,23 @@ fn lead_teacher(task: &Task, perspectives: &[u16]) -> Option<u16> {
     teachers.into_iter().find(|teacher| perspectives.contains(teacher))
 }
 
-/// A perspective's views of a task's examples, reduced to what its agent attends to, and what was said of them. The perspective that stands for
-/// all teachers uses each example as its own teacher saw it, because that teacher's intention counts.
-pub(crate) fn attended(
+/// What a perspective learns from: its views of a task's examples, and what was said of them.
+pub(crate) fn learning(
     language: &Language,
     task: &Task,
     perspectives: &[u16],
     perspective: u16,
-) -> Vec<View> {
+    settings: &Settings,
+) -> Learning {
+    let mut learning = Learning::new(language, settings);
+    attended(language, task, perspectives, perspective).iter().for_each(|view| learning.add(view));
+    told_counts(task).for_each(|count| learning.add_count(count));
+    learning
+}
+
+/// A perspective's views of a task's examples, reduced to what its agent attends to, and what was said of them. The perspective that stands for
+/// all teachers uses each example as its own teacher saw it, because that teacher's intention counts.
+fn attended(language: &Language, task: &Task, perspectives: &[u16], perspective: u16) -> Vec<View> {
     let views: Vec<&View> = if lead_teacher(task, perspectives) == Some(perspective) {
         task.taught(perspectives).collect()
     } else {

@@ -1,11 +1,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use tasks::{
-    Effect, Example, Language, Learning, Object, OpenQuestion, Selection, Settings, Signature, Snapshot,
-    Task, View, ask_about, changes, describe_object, explain, is_told, key, with_article,
+    Effect, Example, Language, Object, OpenQuestion, Selection, Settings, Signature, Snapshot, Task, View,
+    ask_about, changes, describe_object, explain, is_told, key, with_article,
 };
 
-use crate::evaluation::{Evaluation, attended, perspectives};
+use crate::evaluation::{Evaluation, learning, perspectives};
 
 /// Minimum expected information gain of a question, in bits: below it the answer is nearly certain already.
 const MIN_QUESTION_BITS: f64 = 0.5;
@@ -48,8 +48,7 @@ impl Question {
                 return Some(Self::of_kind(language, key, task, features, goal));
             }
         }
-        let mut learning = Learning::new(language, settings);
-        attended(language, task, &perspectives, chosen).iter().for_each(|view| learning.add(view));
+        let mut learning = learning(language, task, &perspectives, chosen, settings);
         let inquiry = learning.inquire(&goal, 1).filter(|inquiry| inquiry.bits >= MIN_QUESTION_BITS)?;
         let features = inquiry.objects.into_iter().next().filter(|kind| !is_answered(task, kind, &goal))?;
         Some(Self { task: key.to_owned(), text: inquiry.text, features, goal })

@@ -13,8 +13,18 @@ const SIDE_M: f64 = 0.01;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum UnclearError {
     /// It is about a number of objects.
-    #[error("I cannot learn a number from words: please show me, and say \"I'm done\"")]
+    #[error(
+        "I only learn rules about kinds of things, not about numbers: my `learner.language` is \"paper\""
+    )]
     Number,
+    /// It is about a number of objects of a kind.
+    #[error(
+        "I can learn \"{count} of them\", and not a number of one kind: please show me, and say \"I'm done\""
+    )]
+    NumberOfKind {
+        /// The number.
+        count: u32,
+    },
     /// It says something else about the rule.
     #[error(
         "I do not know what that says about the rule. You can say \"Only the {example} ones\", \"Not the {example} one\" or \
@@ -49,6 +59,8 @@ pub(crate) struct Hearing<'a> {
     pub(crate) own: Option<&'a Snapshot>,
     /// The states that the objects can have; every object if it is empty.
     pub(crate) states: &'a BTreeSet<String>,
+    /// Whether rules can have numbers.
+    pub(crate) has_numbers: bool,
 }
 
 impl Hearing<'_> {
@@ -57,8 +69,13 @@ impl Hearing<'_> {
         if act.kind == ActKind::TellIrrelevant {
             return act.feature.clone().map(Statement::Irrelevant).ok_or_else(|| self.other());
         }
-        if act.kind == ActKind::TellCount {
-            return Err(UnclearError::Number);
+        if let (ActKind::TellCount, Some(count)) = (act.kind, act.count) {
+            let exactly = usize::try_from(count).ok().filter(|_| act.objects.is_empty());
+            return match exactly {
+                _ if !self.has_numbers => Err(UnclearError::Number),
+                Some(count) => Ok(Statement::Exactly(count)),
+                None => Err(UnclearError::NumberOfKind { count }),
+            };
         }
         let which = self.descriptions(act)?;
         match act.kind {

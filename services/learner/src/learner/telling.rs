@@ -7,8 +7,8 @@ use invariant::require;
 use language::Act;
 use message::EventKind;
 use tasks::{
-    Contradiction, Effect, Example, KnownBy, Language, Object, Statement, Task, Telling, changes,
-    contradictions_of, describe_object, key, listed,
+    Contradiction, Effect, Example, HypothesisLanguage, KnownBy, Language, Object, Statement, Task, Telling,
+    changes, contradictions_of, describe_object, key, listed,
 };
 
 use super::proposal::Proposal;
@@ -40,6 +40,7 @@ impl<B: Body> Learner<B> {
             speakers: snapshots.get(&said.speaker).or_else(|| snapshots.get(&0)),
             own: snapshots.get(&0),
             states: &states,
+            has_numbers: self.settings.learning.language == HypothesisLanguage::Extended,
         };
         let statement = match hearing.statement(act) {
             Ok(statement) => statement,

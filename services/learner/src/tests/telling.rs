@@ -1,7 +1,7 @@
 //! Sentences about a rule, before, between and after demonstrations.
 
 use message::EventKind;
-use tasks::{OnConflict, Statement};
+use tasks::{HypothesisLanguage, OnConflict, Settings, Statement};
 
 use super::harness::LearnerHarness;
 
@@ -199,6 +199,22 @@ fn an_ambiguous_or_unclear_sentence_is_asked_back() {
     say(&mut run, "what did you learn?");
     assert_eq!(run.known["filling"].tellings().count(), 0);
     insta::assert_snapshot!(wording.join("\n"));
+}
+
+#[test]
+fn a_number_is_learned_from_words_where_rules_have_numbers() {
+    let extended = Settings { language: HypothesisLanguage::Extended, ..Settings::default() };
+    let chosen = |told: &[&str]| {
+        let mut run = LearnerHarness::learning(1, Vec::new(), extended);
+        show(&mut run, &["red", "red", "green", "yellow", "blue"], &[0, 1], told);
+        rule(&run)
+    };
+    assert_eq!(chosen(&[]), "all red");
+    assert_eq!(chosen(&["two of them"]), "two of them");
+    let mut run = LearnerHarness::learning(1, Vec::new(), extended);
+    show(&mut run, &["red", "red", "green", "yellow", "blue"], &[0, 1], &[]);
+    let kind = reply(&mut run, "two of the red ones");
+    assert!(kind.contains("2 of them"), "{kind}");
 }
 
 #[test]

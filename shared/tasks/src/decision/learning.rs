@@ -89,7 +89,8 @@ impl Learning {
             },
             object: object.clone(),
         });
-        let new = Demonstration { objects: objects.collect(), is_answer: view.is_hypothetical() };
+        let new =
+            Demonstration { objects: objects.collect(), is_answer: view.is_hypothetical(), count: None };
         let signatures: BTreeSet<&Signature> = new
             .objects
             .iter()
@@ -103,6 +104,14 @@ impl Learning {
                 self.goals.insert(signature.clone(), goal);
             }
         }
+        self.goals.values_mut().for_each(|goal| goal.add(&new, &self.lexicon));
+        self.demonstrations.push(new);
+    }
+
+    /// Adds a sentence: the rule applies to this number of objects. Only rules of
+    /// [`HypothesisLanguage::Extended`](crate::HypothesisLanguage::Extended) have numbers.
+    pub fn add_count(&mut self, count: usize) {
+        let new = Demonstration { objects: Vec::new(), is_answer: true, count: Some(count) };
         self.goals.values_mut().for_each(|goal| goal.add(&new, &self.lexicon));
         self.demonstrations.push(new);
     }

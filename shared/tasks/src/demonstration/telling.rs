@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::snapshot::Object;
-use crate::language::{Language, listed};
+use crate::language::{Language, in_words, listed};
 
 /// The class features of an object, by name.
 pub(crate) type Kind = BTreeMap<String, String>;
@@ -36,6 +36,8 @@ pub enum Statement {
     AllBut(Vec<Description>),
     /// "It does not matter which colour": what holds for an object holds for all that differ in this feature alone.
     Irrelevant(String),
+    /// "Three of them": to this number of objects, whichever they are.
+    Exactly(usize),
 }
 
 /// A description of objects.
@@ -114,7 +116,7 @@ impl Statement {
             Self::Also(_) => is_meant.then_some(true),
             Self::Not(_) => is_meant.then_some(false),
             Self::AllBut(_) => is_meant.then_some(false).or_else(|| is_other.then_some(true)),
-            Self::Irrelevant(_) => None,
+            Self::Irrelevant(_) | Self::Exactly(_) => None,
         }
     }
 
@@ -144,6 +146,7 @@ impl Statement {
             Self::Not(which) => format!("not {}", the(which)),
             Self::AllBut(which) => format!("all but {}", the(which)),
             Self::Irrelevant(feature) => format!("the {feature} does not matter"),
+            Self::Exactly(count) => format!("exactly {} of them", in_words(*count)),
         }
     }
 }

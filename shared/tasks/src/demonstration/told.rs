@@ -70,6 +70,14 @@ pub fn with_told(language: &Language, task: &Task, mut views: Vec<View>) -> Vec<
     views
 }
 
+/// The numbers of objects that sentences say the rule of a task applies to.
+pub fn told_counts(task: &Task) -> impl Iterator<Item = usize> {
+    task.tellings().filter_map(|telling| match &telling.statement {
+        Statement::Exactly(count) => Some(*count),
+        _ => None,
+    })
+}
+
 /// What contradicts a sentence: the demonstrations as their teachers saw them, and the sentences before it.
 #[must_use]
 pub fn contradictions_of(

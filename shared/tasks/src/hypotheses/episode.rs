@@ -29,8 +29,10 @@ pub(crate) struct Episode {
     /// The distinct kinds of changed and of left-out objects, sorted.
     pub(crate) changed: Vec<ObjectKind>,
     pub(crate) left_out: Vec<ObjectKind>,
-    /// Whether this is the answer to a question about a single hypothetical object.
+    /// Whether its objects are hypothetical: those of an answer or of a sentence.
     pub(crate) is_answer: bool,
+    /// The number of objects that a sentence says the rule applies to. Such an episode has no objects.
+    pub(crate) count: Option<usize>,
 }
 
 /// A set of objects with identical class features.
@@ -52,15 +54,17 @@ impl Episode {
             kinds
         };
         let (changed, left_out) = (kinds(Label::Changed), kinds(Label::LeftOut));
-        Self { labeled_objects, changed, left_out, is_answer: false }
+        Self { labeled_objects, changed, left_out, is_answer: false, count: None }
     }
 
     /// Whether the demonstration is consistent with a set of kinds: every changed object is covered, and no
-    /// left-out object is.
+    /// left-out object is. A number of objects is consistent with none.
     ///
     /// The paper demands that "the state change seen in the example is consistent with the goal
     /// representation". Without the second condition an over-general rule would always be consistent.
     pub(crate) fn is_consistent(&self, covers: impl Fn(ObjectKind) -> bool) -> bool {
-        self.changed.iter().all(|&kind| covers(kind)) && !self.left_out.iter().any(|&kind| covers(kind))
+        self.count.is_none()
+            && self.changed.iter().all(|&kind| covers(kind))
+            && !self.left_out.iter().any(|&kind| covers(kind))
     }
 }

@@ -100,6 +100,10 @@ impl Extended {
     /// Adds the evidence of new demonstrations.
     pub(crate) fn take(&mut self, episodes: &[Episode], cost: &Cost) {
         for episode in episodes.iter().skip(self.taken) {
+            if let Some(count) = episode.count {
+                self.take_count(count, cost);
+                continue;
+            }
             let table = ObjectBitSets::new(&self.descriptions, &episode.labeled_objects);
             let bore =
                 episode.labeled_objects.iter().filter(|labeled| labeled.label != Label::AlreadyAchieved);
@@ -134,6 +138,19 @@ impl Extended {
             }
         }
         self.taken = episodes.len();
+    }
+
+    /// Adds a sentence about a number: it speaks for the selections of this number, whatever they are made from.
+    fn take_count(&mut self, count: usize, cost: &Cost) {
+        self.labeled_objects += 1;
+        self.sets.iter_mut().for_each(|standing| standing.label_errors += 1);
+        for one in &mut self.selected {
+            let is_consistent = one.selection == Selection::Exactly(count);
+            one.tally += usize::from(is_consistent);
+            if let Some((log_error, log_correct)) = cost.label_errors {
+                one.log_likelihood += if is_consistent { log_correct } else { log_error };
+            }
+        }
     }
 
     /// log P(D|h) P(h) of every hypothesis with its description, selection and tally; hypotheses of probability 0 are

@@ -22,8 +22,10 @@ use crate::language::Language;
 pub(crate) struct Demonstration {
     /// The objects at its end.
     pub(crate) objects: Vec<DemonstratedObject>,
-    /// Whether this is the answer to a question about a single object, not a demonstration.
+    /// Whether its objects are hypothetical: those of an answer or of a sentence.
     pub(crate) is_answer: bool,
+    /// The number of objects that a sentence says the rule applies to.
+    pub(crate) count: Option<usize>,
 }
 
 /// An object of a demonstration.
@@ -102,7 +104,8 @@ impl GoalBelief {
             is_new |= self.seen.register(*key);
             labeled_objects.push(LabeledObject { key: *key, label, place: *place });
         }
-        self.episodes.push(Episode { is_answer: demonstration.is_answer, ..Episode::new(labeled_objects) });
+        let Demonstration { is_answer, count, .. } = *demonstration;
+        self.episodes.push(Episode { is_answer, count, ..Episode::new(labeled_objects) });
         if let Engine::Extended(short, _) = &mut self.engine
             && is_new
         {

@@ -96,7 +96,8 @@ impl TemplateNode {
             let (changed, is_complete) = self.classes_of(&episode.changed);
             let (left_out, _) = self.classes_of(&episode.left_out);
             self.widen_rows();
-            self.take_pattern(changed, left_out, is_complete);
+            // A sentence about a number is consistent with no disjunction.
+            self.take_pattern(changed, left_out, is_complete && episode.count.is_none());
         }
         self.taken = episodes.len();
     }
