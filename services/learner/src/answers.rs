@@ -3,10 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use quantity::number::{counted, saturating_u32};
-use tasks::{Language, Object, Settings, Snapshot, Task, counterparts, describe_object, listed};
+use tasks::{
+    Effect, Language, Object, Rule, Settings, Snapshot, Task, counterparts, describe_object, listed,
+};
 
 use crate::evaluation::Evaluation;
-use crate::report::{describe_view_among, goal_phrase, same_kind};
+use crate::report::{describe_view_among, expectation, goal_phrase, same_kind};
 
 /// The answer to "What did you learn?": for each task its name and a sentence about its rule.
 pub(crate) fn learned<'a>(
@@ -54,11 +56,65 @@ pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settin
         (None, Some(arrangement)) => (arrangement.standing.tally, arrangement.standing.examples),
         (None, None) => (0, learned.examples),
     };
-    let shown = format!("\"{}\" is what {tally} of {examples} showings say", goal_phrase(learned));
+    let mut shown = format!("\"{}\" is what {tally} of {examples} showings say", goal_phrase(learned));
+    if let Some(first) = first
+        && let Some(deciding) = deciding(language, task, perspectives, first)
+    {
+        shown = format!("{shown}: {deciding}");
+    }
     match explanation {
         Some(explanation) => format!("{shown}; {explanation}"),
         None => shown,
     }
+}
+
+/// Maximum number of kinds of objects that are named.
+const MAX_KINDS: usize = 4;
+
+/// What decided a rule: the objects that came to be as it expects, those that did not, and what was said.
+fn deciding(language: &Language, task: &Task, perspectives: &[u16], rule: &Rule) -> Option<String> {
+    let (mut done, mut left_out) = (Vec::new(), Vec::new());
+    for view in task.taught(perspectives).map(|view| view.attended(language.moved_m)) {
+        let goal = &rule.expectation;
+        let reached = |object: &Object, snapshot: &Snapshot| {
+            let object = snapshot.object(object.id)?;
+            let mut states = goal.iter().map(|effect| match effect {
+                Effect::State { name, on } => Some(object.states.get(name)? == on),
+                Effect::Moved => None,
+            });
+            states.try_fold(true, |all, one| Some(all && one?))
+        };
+        let among: Vec<&Object> =
+            view.after.objects.iter().filter(|object| reached(object, &view.after).is_some()).collect();
+        for object in &among {
+            let name = format!("the {}", describe_object(language, object, among.iter().copied()));
+            let list = match (reached(object, &view.before), reached(object, &view.after)) {
+                (Some(false), Some(true)) => &mut done,
+                (_, Some(false)) => &mut left_out,
+                _ => continue,
+            };
+            if !list.contains(&name) {
+                list.push(name);
+            }
+        }
+    }
+    let expected = expectation(rule);
+    let became = |objects: &[String], not: &str| {
+        let named = match objects.len() {
+            0 => return None,
+            1..=MAX_KINDS => listed(objects),
+            all => {
+                let first: Vec<String> = objects.iter().take(MAX_KINDS).cloned().collect();
+                format!("{} and {} kinds more", first.join(", "), all - MAX_KINDS)
+            }
+        };
+        let was = if objects.len() == 1 { "was" } else { "were" };
+        Some(format!("{named} {was}{not} {expected}"))
+    };
+    let told = task.tellings().map(|telling| format!("you said \"{}\"", telling.statement.words(language)));
+    let parts: Vec<String> =
+        became(&done, "").into_iter().chain(became(&left_out, " not")).chain(told).collect();
+    (!parts.is_empty()).then(|| listed(&parts))
 }
 
 /// The examples of a task in words: "2 examples and what you said".

@@ -7,7 +7,7 @@ use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
     Decision, Explanation, Language, Learned, Learning, OnConflict, OpenQuestion, Rule, Selection, Settings,
-    Task, View, decide_with, differ, explain, listed, told_counts, with_told,
+    Task, View, decide_with, differ, explain, listed, told, told_counts,
 };
 
 use crate::report::{MAX_REPORTED_RULES, goal_phrase, standing_event, with_expectation};
@@ -237,12 +237,15 @@ pub(crate) fn learning(
     settings: &Settings,
 ) -> Learning {
     let mut learning = Learning::new(language, settings);
-    attended(language, task, perspectives, perspective).iter().for_each(|view| learning.add(view));
+    let mut views = attended(language, task, perspectives, perspective);
+    let told = told(language, task, &mut views);
+    views.iter().for_each(|view| learning.add(view));
+    told.iter().for_each(|view| learning.add_told(view));
     told_counts(task).for_each(|count| learning.add_count(count));
     learning
 }
 
-/// A perspective's views of a task's examples, reduced to what its agent attends to, and what was said of them. The perspective that stands for
+/// A perspective's views of a task's examples, reduced to what its agent attends to. The perspective that stands for
 /// all teachers uses each example as its own teacher saw it, because that teacher's intention counts.
 fn attended(language: &Language, task: &Task, perspectives: &[u16], perspective: u16) -> Vec<View> {
     let views: Vec<&View> = if lead_teacher(task, perspectives) == Some(perspective) {
@@ -250,8 +253,7 @@ fn attended(language: &Language, task: &Task, perspectives: &[u16], perspective:
     } else {
         task.views(perspective).collect()
     };
-    let views = views.into_iter().map(|view| view.attended(language.moved_m)).collect();
-    with_told(language, task, views)
+    views.into_iter().map(|view| view.attended(language.moved_m)).collect()
 }
 
 /// The perspectives with a view of a task.

@@ -145,6 +145,8 @@ pub struct Learner<B> {
     question: Option<Question>,
     /// What Leo does if the next sentence is "yes".
     proposal: Option<Proposal>,
+    /// The kind of object that Leo speaks of, until it has looked at one.
+    subject: Option<BTreeMap<String, String>>,
     /// The task whose performance was stopped.
     stopped: Option<String>,
     has_started_body: bool,
@@ -176,6 +178,7 @@ impl<B: Body> Learner<B> {
             current_task: None,
             question: None,
             proposal: None,
+            subject: None,
             stopped: None,
             has_started_body: false,
             goals_at: None,
@@ -219,6 +222,7 @@ impl<B: Body> Learner<B> {
             {
                 self.answer(now, &sentence, input.present_rad, &mut output);
             }
+            self.look_at_subject(now, input.present_rad);
             self.detect_acts(now, &mut output);
         }
         self.act(now, input.present_rad, &mut output);
@@ -269,6 +273,21 @@ impl<B: Body> Learner<B> {
         if let Some(act) = act.filter(|_| self.performance.is_none()) {
             let snapshots = self.views.snapshots(now, language, &self.perspectives);
             output.events.extend(teaching.record(&self.vocabulary, act.actor, &snapshots));
+        }
+    }
+
+    /// Turns the gaze to an object of the kind that Leo speaks of. It does not while it watches or performs, nor after a
+    /// stop: then it holds still.
+    fn look_at_subject(&mut self, now: Instant, present_rad: &[Option<f64>]) {
+        let Some(subject) = self.subject.take() else { return };
+        if self.performance.is_some() || self.teaching.is_some() || self.stopped.is_some() {
+            return;
+        }
+        let Some(own) = self.views.own(&self.vocabulary.language) else { return };
+        let mut alike = own.objects.iter().filter(|object| object.features == subject);
+        if let Some(place) = alike.find_map(tasks::Object::position) {
+            self.has_started_body = true;
+            self.body.begin(now, Skill::LookAt(place), present_rad);
         }
     }
 
@@ -426,6 +445,7 @@ impl<B: Body> Learner<B> {
         self.question = Question::about(language, task_key, task, &evaluation, settings);
         if let Some(question) = &self.question {
             say(output, &name, &question.text);
+            self.subject = Some(question.features.clone());
         }
     }
 
@@ -441,6 +461,7 @@ impl<B: Body> Learner<B> {
             self.question = Question::about(language, key, task, &evaluation, settings);
             if let Some(question) = &self.question {
                 say(output, &task.name, &question.text);
+                self.subject = Some(question.features.clone());
             }
         }
     }

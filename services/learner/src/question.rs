@@ -17,7 +17,8 @@ pub(crate) struct Question {
     pub(crate) task: String,
     /// The question in words.
     pub(crate) text: String,
-    features: BTreeMap<String, String>,
+    /// The kind of object that it is about.
+    pub(crate) features: BTreeMap<String, String>,
     goal: Signature,
 }
 

@@ -45,7 +45,7 @@ pub use demonstration::{
     Action, ActionContext, ActionEffect, ActionParser, Change, Contradiction, Description, Effect, Example,
     Executable, Identities, KnownBy, NothingChangedError, Object, Recording, Signature, Snapshot, Statement,
     Task, Telling, View, WriterState, action_effects, changes, contradictions_of, counterparts,
-    describe_change, describe_object, is_told, told_counts, vanished, with_told,
+    describe_change, describe_object, is_told, told, told_counts, vanished,
 };
 pub use hypotheses::{
     Class, HypothesisLanguage, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRangeError, OnConflict, Prior,

@@ -80,7 +80,10 @@ impl<B: Body> Learner<B> {
         let evaluation = Evaluation::of(language, task, &self.perspectives, settings);
         let question = Question::about(language, &tasks::key(name), task, &evaluation, settings);
         match &question {
-            Some(question) => say(output, name, &question.text),
+            Some(question) => {
+                say(output, name, &question.text);
+                self.subject = Some(question.features.clone());
+            }
             None => say(
                 output,
                 name,
@@ -110,6 +113,7 @@ impl<B: Body> Learner<B> {
             1 => format!("I know of one {named}: it is {}", listed(&places)),
             count => format!("I know of {count} × {named}: they are {}", listed(&places)),
         };
+        self.subject = found.first().map(|object| object.features.clone());
         say(output, "", &text);
     }
 
@@ -129,6 +133,7 @@ impl<B: Body> Learner<B> {
                 let named = object.join(" ");
                 let found = matching(own, object);
                 let seen = found.iter().filter(|object| known.contains_key(&object.id)).count();
+                self.subject = found.first().map(|object| object.features.clone());
                 match (found.len(), seen) {
                     (0, _) => format!("I know of no {named} myself"),
                     (all, seen) if all == seen => {

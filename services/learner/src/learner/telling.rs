@@ -113,6 +113,7 @@ impl<B: Body> Learner<B> {
         let name = task.name.clone();
         let parts = listed(&parts);
         say(output, &name, &format!("you said \"{words}\", but {parts}. Should I go by \"{words}\"?"));
+        self.subject = found.first().map(|contradiction| contradiction.kind.clone());
         self.question = None;
         self.proposal = Some(Proposal::GoByWords { task: task_key.to_owned(), example: index });
         true
@@ -157,6 +158,7 @@ impl<B: Body> Learner<B> {
         let question = Question::about_unknown(&self.vocabulary.language, task_key, task, telling.speaker);
         if let Some(question) = question {
             say(output, &task.name, &question.text);
+            self.subject = Some(question.features.clone());
             self.question = Some(question);
         }
     }

@@ -1,6 +1,7 @@
 //! Sentences about a rule, before, between and after demonstrations.
 
 use message::EventKind;
+use motion::Skill;
 use tasks::{HypothesisLanguage, OnConflict, Settings, Statement};
 
 use super::harness::LearnerHarness;
@@ -10,6 +11,10 @@ fn reply(run: &mut LearnerHarness, text: &str) -> String {
     let before = run.texts(EventKind::Said).len();
     run.say(text);
     run.texts(EventKind::Said).split_off(before).join(" | ")
+}
+
+fn millimetres(metres: f64) -> i64 {
+    quantity::number::round_i64(metres * 1_000.0)
 }
 
 fn rule(run: &LearnerHarness) -> String {
@@ -215,6 +220,32 @@ fn a_number_is_learned_from_words_where_rules_have_numbers() {
     show(&mut run, &["red", "red", "green", "yellow", "blue"], &[0, 1], &[]);
     let kind = reply(&mut run, "two of the red ones");
     assert!(kind.contains("2 of them"), "{kind}");
+}
+
+#[test]
+fn leo_looks_at_what_it_speaks_of_unless_it_was_stopped() {
+    let looked = |run: &LearnerHarness| {
+        let skills = run.table.borrow().skills.clone();
+        skills.into_iter().rev().find_map(|skill| match skill {
+            Skill::LookAt(place) => Some(place.to_array().map(millimetres)),
+            _ => None,
+        })
+    };
+    let mut run = LearnerHarness::new(1, Vec::new());
+    run.lay_anew(&["red", "green", "blue"], Some(2));
+    let place =
+        |run: &LearnerHarness, block: usize| Some(run.table.borrow().things[block].place_m.map(millimetres));
+    run.say("where is the green square?");
+    assert_eq!(looked(&run), place(&run, 1));
+    show(&mut run, &["red", "green", "blue"], &[0, 1], &["all of them"]);
+    assert!(run.texts(EventKind::Said).pop().unwrap().contains("blue square"));
+    assert_eq!(looked(&run), place(&run, 2), "it looks at what the teacher cannot see");
+    run.say("do filling");
+    run.steps(3);
+    run.say("stop");
+    let before = run.table.borrow().skills.len();
+    run.say("where is the red square?");
+    assert_eq!(run.table.borrow().skills.len(), before, "it holds still");
 }
 
 #[test]

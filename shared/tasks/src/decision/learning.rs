@@ -72,6 +72,16 @@ impl Learning {
 
     /// Adds an example.
     pub fn add(&mut self, view: &View) {
+        self.add_view(view, view.answer().is_some());
+    }
+
+    /// Adds a sentence as an example of hypothetical objects ([`told`](crate::told)). It says nothing about numbers and
+    /// spatial relations.
+    pub fn add_told(&mut self, view: &View) {
+        self.add_view(view, true);
+    }
+
+    fn add_view(&mut self, view: &View, is_answer: bool) {
         let mut changes = changes(&view.before, &view.after, self.language.moved_m);
         let moved = Signature::from([Effect::Moved]);
         if changes.values().any(|change| change.signature != moved) {
@@ -89,8 +99,7 @@ impl Learning {
             },
             object: object.clone(),
         });
-        let new =
-            Demonstration { objects: objects.collect(), is_answer: view.is_hypothetical(), count: None };
+        let new = Demonstration { objects: objects.collect(), is_answer, count: None };
         let signatures: BTreeSet<&Signature> = new
             .objects
             .iter()

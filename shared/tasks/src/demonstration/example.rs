@@ -105,12 +105,6 @@ impl View {
         }
     }
 
-    /// Whether its objects are hypothetical: those of an answer or of a sentence, which have no position.
-    #[must_use]
-    pub(crate) fn is_hypothetical(&self) -> bool {
-        !self.after.objects.is_empty() && self.after.objects.iter().all(|object| object.position_m.is_none())
-    }
-
     /// The part of the view that concerns its agent (the resource perspective): the agent's own objects and the shared
     /// ones.
     ///

@@ -19,20 +19,23 @@ pub struct Contradiction {
     pub said: Option<Statement>,
 }
 
-/// The views of a perspective on a task, with its sentences as further examples: one for each sentence and goal.
+/// The sentences of a task as further examples for a perspective: one for each sentence and goal. From the views of the
+/// perspective it removes the objects that contradict a sentence which prevails.
+///
+/// The objects of such an example are hypothetical ones without a position, see [`Learning::add_told`](crate::Learning::add_told).
 ///
 /// A sentence labels only the kinds of objects that the perspective knows. So "only the red ones" says nothing about a
 /// blue one to a perspective that knows of none. "All of them" labels those that its speaker knows of. But who speaks
 /// of the blue ones knows of them: a kind that the robot knows and the sentence names is labeled in every perspective.
 /// The order of demonstrations and sentences makes no difference.
 #[must_use]
-pub fn with_told(language: &Language, task: &Task, mut views: Vec<View>) -> Vec<View> {
+pub fn told(language: &Language, task: &Task, views: &mut [View]) -> Vec<View> {
     let tellings: Vec<&Telling> = task.tellings().collect();
     if tellings.is_empty() {
-        return views;
+        return Vec::new();
     }
     let knowledge = |telling: &Telling| known(task, telling.speaker);
-    let shown = Shown::of(language, &views);
+    let shown = Shown::of(language, views);
     let robots_views: Vec<View> = task.views(0).cloned().collect();
     let robots = Shown::of(language, &robots_views);
     let mut told = Vec::new();
@@ -62,12 +65,11 @@ pub fn with_told(language: &Language, task: &Task, mut views: Vec<View>) -> Vec<
     }
     for telling in tellings.iter().filter(|telling| telling.prevails) {
         let known = knowledge(telling);
-        for view in &mut views {
+        for view in views.iter_mut() {
             leave_out_contradicting(language, view, telling, &shown, &known);
         }
     }
-    views.extend(told);
-    views
+    told
 }
 
 /// The numbers of objects that sentences say the rule of a task applies to.
@@ -181,7 +183,7 @@ fn label(
 /// speaker whose perspective is not simulated.
 fn known(task: &Task, speaker: u16) -> KnownKinds {
     let kinds = |perspective: u16| -> BTreeSet<Kind> {
-        let shown = task.views(perspective).filter(|view| !view.is_hypothetical());
+        let shown = task.views(perspective).filter(|view| view.answer().is_none());
         let objects = shown.flat_map(|view| view.before.objects.iter().chain(&view.after.objects));
         objects.map(|object| object.features.clone()).collect()
     };

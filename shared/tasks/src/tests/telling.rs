@@ -1,9 +1,10 @@
 //! Sentences about a rule beside its demonstrations.
 
 use super::paper::task_1;
-use super::{language, learn, object, view};
+use super::{SHARE, language, object, view};
 use crate::{
-    Description, Example, KnownBy, Learned, Statement, Task, Telling, View, contradictions_of, with_told,
+    Description, Example, KnownBy, Learned, Learning, Settings, Statement, Task, Telling, View,
+    contradictions_of,
 };
 
 fn ones(words: &str) -> Description {
@@ -17,9 +18,13 @@ fn telling(statement: Statement) -> Telling {
 
 /// What a perspective learns from a task with its sentences.
 fn learned(task: &Task, perspective: u16) -> Learned {
-    let views: Vec<View> = task.views(perspective).map(|view| view.attended(0.03)).collect();
-    let views = with_told(&language(), task, views);
-    learn(&views.iter().collect::<Vec<_>>())
+    let mut views: Vec<View> = task.views(perspective).map(|view| view.attended(0.03)).collect();
+    let told = crate::told(&language(), task, &mut views);
+    let mut learning =
+        Learning::new(&language(), &Settings { high_likelihood: SHARE, ..Settings::default() });
+    views.iter().for_each(|view| learning.add(view));
+    told.iter().for_each(|view| learning.add_told(view));
+    learning.learned()
 }
 
 fn best(task: &Task, perspective: u16) -> String {
