@@ -43,6 +43,10 @@ wire_enum! {
         /// A teacher said something about a task's rule, and the sentence became an example; the text is what Leo
         /// understood.
         Told = 19,
+        /// A task has another name now: the text.
+        Renamed = 20,
+        /// A task was forgotten; the text is its name.
+        Forgotten = 21,
     }
 }
 

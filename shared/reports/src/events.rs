@@ -85,6 +85,8 @@ pub fn event_text(names: &Names, event: &Event) -> Option<(LineKind, String)> {
         EventKind::PerformanceEnded => (LineKind::Result, text.to_owned()),
         EventKind::ContinuityBroken => (LineKind::Note, text.to_owned()),
         EventKind::Declined => (LineKind::Note, format!("declines: {text}")),
+        EventKind::Renamed => (LineKind::Note, format!("calls {task} {text} now")),
+        EventKind::Forgotten => (LineKind::Note, format!("forgets {task}")),
         EventKind::Remembered => {
             (LineKind::Note, format!("remembers {task}: {}", counted(event.examples, "example")))
         }

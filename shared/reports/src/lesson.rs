@@ -138,21 +138,27 @@ impl LessonReport {
     /// Removes old entries: tasks and sentences overall, and the lists of one task by its name.
     fn evict(&mut self, task: &str) {
         keep_newest(&mut self.said, MAX_SENTENCES);
-        let ended = |task: &Task| task.performances.iter().filter(|done| done.result.is_some()).count();
         if self.tasks.len() > MAX_TASKS {
-            self.evicted_performances += ended(&self.tasks.remove(0));
+            self.evicted_performances += self.tasks.remove(0).ended();
         }
         let Some(task) = self.tasks.iter_mut().find(|known| known.name == task) else { return };
-        let before = ended(task);
+        let before = task.ended();
         task.evicted_demonstrations += keep_newest(&mut task.demonstrations, MAX_RUNS);
         keep_newest(&mut task.performances, MAX_RUNS);
-        self.evicted_performances += before - ended(task);
+        self.evicted_performances += before - task.ended();
         if let Some(last) = task.demonstrations.last_mut() {
             keep_newest(&mut last.actions, MAX_STEPS);
         }
         if let Some(last) = task.performances.last_mut() {
             keep_newest(&mut last.done, MAX_STEPS);
             keep_newest(&mut last.failed, MAX_STEPS);
+        }
+    }
+
+    /// Removes a task.
+    fn forget(&mut self, name: &str) {
+        if let Some(index) = self.tasks.iter().position(|task| task.name == name) {
+            self.evicted_performances += self.tasks.remove(index).ended();
         }
     }
 
@@ -169,6 +175,14 @@ impl LessonReport {
         }
         if kind == EventKind::ContinuityBroken {
             // Outside a demonstration the event belongs to no task.
+            return;
+        }
+        if kind == EventKind::Forgotten {
+            self.forget(event.task.as_str());
+            return;
+        }
+        if kind == EventKind::Renamed {
+            self.task(event.task.as_str()).name = text;
             return;
         }
         let task = self.task(event.task.as_str());
@@ -214,6 +228,8 @@ impl LessonReport {
             | EventKind::Declined
             | EventKind::StepStarted
             | EventKind::ContinuityBroken
+            | EventKind::Renamed
+            | EventKind::Forgotten
             | EventKind::MovementSeen => {}
         }
     }
@@ -266,6 +282,11 @@ impl Task {
         self.hypotheses.clear();
         self.rule = None;
         self.explanation = None;
+    }
+
+    /// Number of performances that ended.
+    fn ended(&self) -> usize {
+        self.performances.iter().filter(|done| done.result.is_some()).count()
     }
 
     fn demonstration(&mut self) -> &mut Demonstration {
@@ -437,6 +458,22 @@ mod tests {
         assert_eq!(task.demonstrations.iter().map(|one| one.counts).collect::<Vec<_>>(), [true, false]);
         assert_eq!(task.hypotheses.get("robot").map(Vec::len), Some(1), "the earlier ones are replaced");
         assert!(report.to_text(&Names::default()).starts_with("task 1: 2 examples\n"));
+    }
+
+    #[test]
+    fn a_forgotten_task_is_gone_and_a_renamed_one_keeps_its_history() {
+        let mut report = LessonReport::default();
+        for task in ["task 1", "task 2"] {
+            let mut note = |kind, text| report.add(&Event { examples: 1, ..Event::new(kind, task, text) });
+            note(EventKind::TeachingStarted, task);
+            note(EventKind::DemonstrationEnded, task);
+            note(EventKind::PerformanceEnded, "filled 5 of 5");
+        }
+        report.add(&Event::new(EventKind::Forgotten, "task 1", "task 1"));
+        report.add(&Event::new(EventKind::Renamed, "task 2", "filling"));
+        let [task] = report.tasks.as_slice() else { panic!("{report:?}") };
+        assert_eq!((task.name.as_str(), task.demonstrations.len()), ("filling", 1));
+        assert_eq!(report.performances_ended(), 2, "one of the forgotten task");
     }
 
     #[test]

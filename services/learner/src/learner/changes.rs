@@ -1,5 +1,6 @@
 //! Changes of what was learned: names, and what is forgotten.
 
+use message::{Event, EventKind};
 use tasks::{Task, key, listed};
 
 use super::{Learner, Output, StoreChange, say};
@@ -55,6 +56,7 @@ impl<B: Body> Learner<B> {
         }
         self.tasks.insert(new_key, task);
         self.question = None;
+        output.events.push(Event::new(EventKind::Renamed, &old, new));
         say(output, new, &format!("I call {old} {new} now"));
     }
 
@@ -65,6 +67,7 @@ impl<B: Body> Learner<B> {
         self.current_task.take_if(|current| current == task_key);
         self.stopped.take_if(|stopped| stopped == task_key);
         self.question = None;
+        output.events.push(Event::new(EventKind::Forgotten, &task.name, &task.name));
         say(output, &task.name, &format!("I forgot {}", task.name));
     }
 
@@ -80,6 +83,7 @@ impl<B: Body> Learner<B> {
         let left = answers::evidence(&task);
         output.save.push(StoreChange::Rewrite { key: task_key.to_owned(), task: Some(task.clone()) });
         self.question = None;
+        output.events.extend(self.recall(task_key));
         let was_told = last.is_some_and(|last| last.telling.is_some());
         let last = if was_told { "what you said last about" } else { "the last example of" };
         say(output, &task.name, &format!("I forgot {last} {}; I go by {left}", task.name));

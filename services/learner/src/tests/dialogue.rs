@@ -109,6 +109,7 @@ fn tasks_are_renamed_and_forgotten_also_in_the_store() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.teach();
     run.say("rename task 1 to filling");
+    assert_eq!(run.texts(EventKind::Renamed), ["filling"]);
     assert_eq!(keys(&run), ["filling"]);
     assert_eq!(run.known["filling"].name, "filling");
     assert_eq!(run.known["filling"].examples.len(), 2);
@@ -124,6 +125,7 @@ fn tasks_are_renamed_and_forgotten_also_in_the_store() {
     run.say("yes");
     assert_eq!(keys(&run), [""; 0]);
     assert_eq!(run.learner.known().count(), 0);
+    assert_eq!(run.texts(EventKind::Forgotten), ["filling"]);
     assert!(reply(&mut run, "do filling").contains("nothing yet"));
     insta::assert_snapshot!(run.texts(EventKind::Said).split_off(2).join("\n"));
 }
