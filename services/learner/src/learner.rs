@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, VecDeque};
 use clock::{Duration, Instant};
 use invariant::require;
 use language::{BuiltIn, Grammar};
-use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
+use message::{Belief, BeliefHead, Event, EventKind, JointGoal, TEXT_CAPACITY, Utterance};
 use motion::{Face, Skill};
 use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
 
@@ -253,7 +253,8 @@ impl<B: Body> Learner<B> {
             Continuity::Lost => {
                 let task = teaching.recording.task.clone();
                 let text = format!(
-                    "I lost sight of things: this showing of {task} does not count, please show it again"
+                    "I lost sight of things: this showing of {task} does not count{}, please show it again",
+                    teaching.and_what_was_said()
                 );
                 output.events.push(Event::new(EventKind::Said, &task, &text));
                 self.teaching = None;
@@ -313,7 +314,10 @@ impl<B: Body> Learner<B> {
             say(
                 output,
                 unfinished,
-                &format!("the showing of {unfinished} was not finished and does not count"),
+                &format!(
+                    "the showing of {unfinished} was not finished and does not count{}",
+                    teaching.and_what_was_said()
+                ),
             );
         }
         // The spelling at the first demonstration stays the task's name.
@@ -361,8 +365,10 @@ impl<B: Body> Learner<B> {
         };
         let name = teaching.recording.task.clone();
         if timing == Timing::TooLate {
-            let text =
-                format!("{NO_BELIEFS_THEN}: this showing of {name} does not count, please show it again");
+            let told = teaching.and_what_was_said();
+            let text = format!(
+                "{NO_BELIEFS_THEN}: this showing of {name} does not count{told}, please show it again"
+            );
             say(output, &name, &text);
             return;
         }
@@ -379,8 +385,7 @@ impl<B: Body> Learner<B> {
         let example = match example {
             Ok(example) => example,
             Err(nothing) => {
-                let told =
-                    if told.is_empty() { "" } else { ". What you said about it does not count either" };
+                let told = if told.is_empty() { "" } else { ", and say again what you said about it" };
                 say(output, &name, &format!("{nothing}{told}"));
                 return;
             }
@@ -557,7 +562,25 @@ fn seen(language: &Language, task: &str, perspective: u16, view: &Snapshot) -> E
 }
 
 fn say(output: &mut Output, task: &str, text: &str) {
-    output.events.push(Event::new(EventKind::Said, task, text));
+    output.events.extend(sayable(text).into_iter().map(|part| Event::new(EventKind::Said, task, part)));
+}
+
+/// A text in parts that fit an event, cut at a semicolon, else at a comma, else between two words.
+fn sayable(text: &str) -> Vec<&str> {
+    let mut parts = Vec::new();
+    let mut rest = text;
+    while rest.len() > TEXT_CAPACITY {
+        let fitting = rest.get(..rest.floor_char_boundary(TEXT_CAPACITY)).unwrap_or(rest);
+        let cut = ["; ", ", ", " "].into_iter().find_map(|mark| {
+            let at = fitting.rfind(mark).filter(|at| *at > 0)?;
+            Some(at + mark.trim_end().len())
+        });
+        let (part, after) = rest.split_at(cut.unwrap_or(fitting.len()));
+        parts.push(part);
+        rest = after.trim_start();
+    }
+    parts.push(rest);
+    parts
 }
 
 /// Says why a task is not performed, and reports that it is declined.
@@ -590,6 +613,18 @@ fn contradictions(learned: &Learned, settings: &tasks::Settings) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_long_answer_is_said_in_parts_and_no_word_is_cut() {
+        let text = "the red square, the grün square and so on; ".repeat(20);
+        let parts = sayable(text.trim_end());
+        assert!(parts.len() > 3 && parts.iter().all(|part| part.len() <= TEXT_CAPACITY));
+        assert!(parts.iter().all(|part| part.ends_with(';')), "{parts:?}");
+        assert_eq!(parts.join(" "), text.trim_end());
+        assert_eq!(sayable("yes"), ["yes"]);
+        let word = "ü".repeat(TEXT_CAPACITY);
+        assert_eq!(sayable(&word).concat(), word);
+    }
 
     #[test]
     fn by_default_leo_learns_like_the_papers_robot() {

@@ -34,6 +34,11 @@ impl Teaching {
         }
     }
 
+    /// What is said of the sentences about the rule if the demonstration does not count.
+    pub(crate) const fn and_what_was_said(&self) -> &'static str {
+        if self.told.is_empty() { "" } else { ", nor does what you said about it" }
+    }
+
     /// Resets the detectors after a restart of the belief process: identities changed and movements were missed.
     pub(crate) fn break_off(&mut self) {
         self.mirror = Mirror::default();

@@ -301,7 +301,8 @@ impl<B: Body> Learner<B> {
         match self.teaching.take() {
             Some(teaching) => {
                 let name = &teaching.recording.task;
-                say(output, name, &format!("this showing of {name} does not count"));
+                let told = teaching.and_what_was_said();
+                say(output, name, &format!("this showing of {name} does not count{told}"));
             }
             None => say(output, "", "all right, there is nothing to cancel"),
         }

@@ -249,6 +249,21 @@ fn leo_looks_at_what_it_speaks_of_unless_it_was_stopped() {
 }
 
 #[test]
+fn what_is_said_to_a_showing_that_does_not_count_is_dropped_aloud() {
+    let mut run = LearnerHarness::new(1, Vec::new());
+    let mut wording = Vec::new();
+    run.lay_anew(&["red", "green", "blue"], Some(2));
+    for last in ["cancel", "I'm done", "let me show you stacking"] {
+        run.say("Let me show you filling");
+        run.steps(20);
+        run.say("only the red ones");
+        wording.push(format!("{last}\n    {}", reply(&mut run, last)));
+    }
+    assert!(run.known.is_empty());
+    insta::assert_snapshot!(wording.join("\n"));
+}
+
+#[test]
 fn what_was_said_survives_in_memory() {
     let mut run = LearnerHarness::new(1, Vec::new());
     show(&mut run, &["red", "red", "green", "blue"], &[0, 1], &["only the red ones"]);
