@@ -570,7 +570,7 @@ fn sayable(text: &str) -> Vec<&str> {
     let mut parts = Vec::new();
     let mut rest = text;
     while rest.len() > TEXT_CAPACITY {
-        let fitting = rest.get(..rest.floor_char_boundary(TEXT_CAPACITY)).unwrap_or(rest);
+        let fitting = (0..=TEXT_CAPACITY).rev().find_map(|end| rest.get(..end)).unwrap_or(rest);
         let cut = ["; ", ", ", " "].into_iter().find_map(|mark| {
             let at = fitting.rfind(mark).filter(|at| *at > 0)?;
             Some(at + mark.trim_end().len())

@@ -77,14 +77,15 @@ impl Hearing<'_> {
                 None => Err(UnclearError::NumberOfKind { count }),
             };
         }
-        let which = self.descriptions(act)?;
-        match act.kind {
-            ActKind::TellOnly => Ok(Statement::Only(which)),
-            ActKind::TellAlso | ActKind::TellAll => Ok(Statement::Also(which)),
-            ActKind::TellNot => Ok(Statement::Not(which)),
-            ActKind::TellAllBut => Ok(Statement::AllBut(which)),
-            _ => Err(self.other()),
-        }
+        let says = [
+            (ActKind::TellOnly, Statement::Only as fn(Vec<Description>) -> Statement),
+            (ActKind::TellAlso, Statement::Also),
+            (ActKind::TellAll, Statement::Also),
+            (ActKind::TellNot, Statement::Not),
+            (ActKind::TellAllBut, Statement::AllBut),
+        ];
+        let says = says.into_iter().find(|(kind, _)| *kind == act.kind).map(|(_, says)| says);
+        Ok(says.ok_or_else(|| self.other())?(self.descriptions(act)?))
     }
 
     fn descriptions(&self, act: &Act) -> Result<Vec<Description>, UnclearError> {
@@ -144,12 +145,8 @@ impl Hearing<'_> {
         act: &Act,
         named: &[BTreeMap<String, String>],
     ) -> Result<Vec<Description>, UnclearError> {
-        let (is_left, is_speakers) = match act.scope {
-            Some(Scope::MyLeft) => (true, true),
-            Some(Scope::MyRight) => (false, true),
-            Some(Scope::YourLeft) => (true, false),
-            _ => (false, false),
-        };
+        let is_left = matches!(act.scope, Some(Scope::MyLeft | Scope::YourLeft));
+        let is_speakers = matches!(act.scope, Some(Scope::MyLeft | Scope::MyRight));
         // The speaker can only mean what they know of, wherever they say that it is.
         let objects = self.speakers.map_or(&[][..], |view| &view.objects);
         let frame = if is_speakers { self.speakers } else { self.own };

@@ -1,5 +1,4 @@
 //! What people tell about a rule, in both languages.
-#![expect(clippy::expect_used, reason = "helpers of tests")]
 
 use language::{Act, BuiltIn, Context, Grammar, Reading};
 

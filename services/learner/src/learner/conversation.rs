@@ -162,7 +162,7 @@ impl<B: Body> Learner<B> {
             ActKind::ListTasks => say(output, "", &format!("I know {}", self.known_names())),
             ActKind::SeeLeo | ActKind::KnowLeo => self.tell_own_view(now, &act.objects.concat(), output),
             ActKind::SeeMe | ActKind::KnowMe => {
-                self.tell_their_view(now, said.speaker, &act.objects.concat(), output)
+                self.tell_their_view(now, said.speaker, &act.objects.concat(), output);
             }
             ActKind::Help => self.help(output),
             ActKind::Greet => {

@@ -41,8 +41,7 @@ fn filled(run: &mut LearnerHarness) -> Vec<&'static str> {
             break;
         }
     }
-    let filled = run.table.borrow().filled();
-    filled
+    run.table.borrow().filled()
 }
 
 #[test]
@@ -226,9 +225,8 @@ fn a_number_is_learned_from_words_where_rules_have_numbers() {
 fn leo_looks_at_what_it_speaks_of_unless_it_was_stopped() {
     let looked = |run: &LearnerHarness| {
         let skills = run.table.borrow().skills.clone();
-        skills.into_iter().rev().find_map(|skill| match skill {
-            Skill::LookAt(place) => Some(place.to_array().map(millimetres)),
-            _ => None,
+        skills.into_iter().rev().find_map(|skill| {
+            if let Skill::LookAt(place) = skill { Some(place.to_array().map(millimetres)) } else { None }
         })
     };
     let mut run = LearnerHarness::new(1, Vec::new());

@@ -74,9 +74,8 @@ pub fn told(language: &Language, task: &Task, views: &mut [View]) -> Vec<View> {
 
 /// The numbers of objects that sentences say the rule of a task applies to.
 pub fn told_counts(task: &Task) -> impl Iterator<Item = usize> {
-    task.tellings().filter_map(|telling| match &telling.statement {
-        Statement::Exactly(count) => Some(*count),
-        _ => None,
+    task.tellings().filter_map(|telling| {
+        if let Statement::Exactly(count) = telling.statement { Some(count) } else { None }
     })
 }
 

@@ -85,7 +85,7 @@ fn telling_decides_what_showing_leaves_open() {
         (Statement::Irrelevant("colour".to_owned()), "all small"),
     ];
     for (statement, rule) in rules {
-        assert_eq!(best(&told(shown.clone(), &[statement.clone()]), 1), rule, "{statement:?}");
+        assert_eq!(best(&told(shown.clone(), std::slice::from_ref(&statement)), 1), rule, "{statement:?}");
     }
 }
 
