@@ -6,7 +6,7 @@ use crate::layers::{LAYERS, dependencies};
 use crate::source::{Source, sources};
 
 /// Crates and modules that do input or output, read a clock, or wait: a core names none of them.
-const IO_PATHS: [&str; 26] = [
+const IO_PATHS: [&str; 27] = [
     "axum",
     "clock::now",
     "clock::sleep_until",
@@ -32,6 +32,7 @@ const IO_PATHS: [&str; 26] = [
     "std::thread",
     "store",
     "tokio",
+    "tokio_tungstenite",
     "transport",
 ];
 
