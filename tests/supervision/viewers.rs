@@ -33,9 +33,14 @@ struct View {
 
 impl View {
     /// Starts it for a robot, and waits until it says where viewers connect.
-    fn of(robot: &Robot, listen: &str) -> Self {
-        let mut command = leo(&["view", "--listen", listen, "--domain"]);
-        command.arg(robot.domain()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    fn of(robot: &Robot, arguments: &[&str]) -> Self {
+        let mut command = leo(&["view"]);
+        command
+            .args(arguments)
+            .arg("--domain")
+            .arg(robot.domain())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped());
         let mut child = command.spawn().expect("starts");
         let said = Said::default();
         said.listen(child.stdout.take().expect("piped"));
@@ -135,9 +140,9 @@ impl Client {
         (others.collect(), counts)
     }
 
-    /// Waits until it says why the connection was closed.
-    fn closed(mut self) -> Value {
-        self.read_until(|value| !value["closed"].is_null())
+    /// Waits until it says that the connection was closed.
+    fn await_close(mut self) {
+        self.read_until(|value| !value["closed"].is_null());
     }
 }
 
@@ -187,7 +192,7 @@ fn live_viewers_decode_every_channel_and_late_ones_miss_nothing() {
     let Some(folder) = npm::installed("tests/supervision/viewer") else { return };
     let robot = Robot::ready("viewers", &[("max_deaths", "1000")]);
     let (node, mut positions) = Positions::of(&robot);
-    let view = View::of(&robot, "127.0.0.1:0");
+    let view = View::of(&robot, &["--listen", "127.0.0.1:0"]);
     let mut early = Client::of(&view, &folder, "foxglove.websocket.v1");
     early.read_all_channels();
     let (others, _) = early.summary();
@@ -215,11 +220,14 @@ fn live_viewers_decode_every_channel_and_late_ones_miss_nothing() {
     late.read_all_channels();
     let description = late.of_topic("/robot_description").next().expect("is received");
     assert_eq!(description["value"], config::Robot::load(None).expect("is built in").urdf.as_str());
-    let tf: Vec<&Value> =
-        late.of_topic("/tf").flat_map(|tf| tf["value"].as_array().expect("a list")).collect();
-    let placed =
-        |parent: &str, child: &str| tf.iter().any(|link| link["parent"] == parent && link["child"] == child);
-    assert!(placed("world", "base_link") && placed("world", "scene/red"), "{tf:?}");
+    for (parent, child) in [("world", "base_link"), ("world", "scene/red")] {
+        late.read_until(|value| {
+            let links = value["value"].as_array().filter(|_| value["topic"] == "/tf");
+            links.is_some_and(|links| {
+                links.iter().any(|link| link["parent"] == parent && link["child"] == child)
+            })
+        });
+    }
     assert_eq!(late.of_topic("/joint_states").next().expect("is received")["value"], 65);
 
     // A process that is restarted is followed.
@@ -233,36 +241,65 @@ fn live_viewers_decode_every_channel_and_late_ones_miss_nothing() {
     let times: Vec<u64> = late.received.iter().filter_map(|value| value["time_ns"].as_u64()).collect();
     assert!(times.len() > 2 && times.is_sorted(), "{times:?}");
 
+    // Every viewer notices the end. One that is not behind learns the reason.
+    let mut idle = connect(&view, None).expect("is accepted");
     signal(view.pid(), Signal::TERM);
+    let farewell = loop {
+        if let Message::Close(frame) = idle.read().expect("a farewell") {
+            break frame.expect("a reason");
+        }
+    };
+    assert_eq!((u16::from(farewell.code), farewell.reason.as_str()), (1001, "leo view ends"));
     let (status, said) = view.end();
     assert!(status.success(), "{said}");
-    assert!(said.contains("2 viewers were connected; "), "{said}");
+    assert!(said.contains("3 viewers were connected; "), "{said}");
     for client in [early, late] {
-        let closed = client.closed();
-        assert_eq!(closed, json!({ "closed": 1001, "reason": "leo view ends" }));
+        client.await_close();
     }
     drop((positions, node));
     let (status, said) = robot.stop(Signal::TERM);
     assert!(status.success(), "{said}");
 }
 
-/// Connects a client of another library. Returns the socket after the first message.
-fn connected(view: &View) -> WebSocket<TcpStream> {
+/// Connects a client of another library, as a web page of an origin.
+fn connect(view: &View, origin: Option<&str>) -> Result<WebSocket<TcpStream>, String> {
     let stream = TcpStream::connect(view.url.trim_start_matches("ws://")).expect("listens");
     let mut request = view.url.as_str().into_client_request().expect("a request");
     let protocol = "foxglove.sdk.v1".parse().expect("a value");
     request.headers_mut().insert("sec-websocket-protocol", protocol);
-    let (mut socket, _) = tungstenite::client(request, stream).expect("is accepted");
+    if let Some(origin) = origin {
+        request.headers_mut().insert("origin", origin.parse().expect("a value"));
+    }
+    let (mut socket, _) = tungstenite::client(request, stream).map_err(|error| error.to_string())?;
     assert!(socket.read().expect("is sent").is_text());
-    socket
+    Ok(socket)
+}
+
+#[test]
+fn a_web_page_of_a_foreign_origin_reads_nothing() {
+    let robot = Robot::ready("foreign-page", &[]);
+    let view = View::of(&robot, &["--listen", "127.0.0.1:0", "--origin", "https://viewer.example"]);
+    for _again in 0..2 {
+        let refusal = connect(&view, Some("https://evil.example")).err();
+        assert!(refusal.as_ref().is_some_and(|error| error.contains("403")), "{refusal:?}");
+    }
+    for origin in ["https://viewer.example", "https://app.foxglove.dev"] {
+        assert!(connect(&view, Some(origin)).is_ok(), "{origin}: {}", view.said.text());
+    }
+    let reported = || view.said.text().matches("\"https://evil.example\" was refused").count();
+    assert!(wait_until(|| reported() == 1), "{}", view.said.text());
+    signal(view.pid(), Signal::TERM);
+    let (status, said) = view.end();
+    assert!(status.success() && said.contains("2 viewers were connected; "), "{said}");
+    robot.stop(Signal::TERM);
 }
 
 #[test]
 fn a_viewer_that_reads_nothing_is_disconnected_and_its_losses_are_counted() {
     let robot = Robot::ready("slow-viewer", &[]);
-    let view = View::of(&robot, "127.0.0.1:0");
+    let view = View::of(&robot, &["--listen", "127.0.0.1:0"]);
     let before = view.descriptors();
-    let mut slow = connected(&view);
+    let mut slow = connect(&view, None).expect("is accepted");
     let channels = 1..=u32::try_from(TOPICS.len()).expect("few");
     let subscriptions: Vec<Value> = channels.map(|id| json!({ "id": id, "channelId": id })).collect();
     let request = json!({ "op": "subscribe", "subscriptions": subscriptions }).to_string();
@@ -302,10 +339,9 @@ fn a_view_without_a_robot_or_at_a_used_address_is_refused() {
     assert!(said.contains(&format!("{address} is in use: ")), "{said}");
 
     // On every address, it warns in one line.
-    let view = View::of(&robot, "0.0.0.0:0");
-    let said = view.said.text();
-    let warnings: Vec<&str> = said.lines().filter(|line| line.contains("WARN")).collect();
-    assert!(matches!(*warnings, [only] if only.contains("there is no access control")), "{said}");
+    let view = View::of(&robot, &["--listen", "0.0.0.0:0"]);
+    assert!(wait_until(|| view.said.text().contains("there is no access control")), "{}", view.said.text());
+    assert_eq!(view.said.text().matches("WARN").count(), 1, "{}", view.said.text());
     signal(view.pid(), Signal::INT);
     let (status, said) = view.end();
     assert!(status.success() && said.contains("0 viewers were connected; "), "{said}");

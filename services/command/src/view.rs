@@ -9,7 +9,7 @@ use std::time::Duration;
 use clap::Args;
 use quantity::number::{counted, counted_with};
 use transport::janitor::is_claimed;
-use viewer_process::{Listener, LiveView, Totals};
+use viewer_process::{Listener, LiveView, Origins, Totals};
 
 use crate::failure::CommandError;
 use crate::viewed_robot::ViewedRobot;
@@ -28,6 +28,9 @@ pub(crate) struct View {
     /// Where viewers connect
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:8765", value_parser = address)]
     listen: SocketAddr,
+    /// Also admit viewers that are web pages of this origin, such as https://viewer.example; may be repeated
+    #[arg(long, value_name = "URL")]
+    origin: Vec<String>,
     /// The robot, if several run
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
@@ -49,7 +52,8 @@ impl View {
         let stop = process::stop_flag().map_err(CommandError::runtime)?;
         let listener = Listener::bind(self.listen).map_err(CommandError::runtime)?;
         let address = listener.address();
-        let view = LiveView::start(&domain, &subject, listener).map_err(CommandError::runtime)?;
+        let origins = Origins::with(self.origin.iter().cloned());
+        let view = LiveView::start(&domain, &subject, listener, origins).map_err(CommandError::runtime)?;
         if !address.ip().is_loopback() {
             tracing::warn!(
                 "every computer that reaches {address} can watch the robot: there is no access control and no encryption"

@@ -6,10 +6,12 @@
 mod channels;
 mod hub;
 mod io;
+mod origin;
 mod outbox;
 mod protocol;
 
 pub use hub::{ClientId, Hub, MAX_CLIENTS, Totals};
 pub use io::listener::{ListenError, Listener};
 pub use io::live_view::{LiveView, ViewError};
+pub use origin::Origins;
 pub use protocol::Outgoing;

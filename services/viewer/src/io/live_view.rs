@@ -9,7 +9,7 @@ use transport::Domain;
 use super::listener::Listener;
 use super::server::Server;
 use super::shared::Shared;
-use crate::{Hub, Totals};
+use crate::{Hub, Origins, Totals};
 
 /// Why the channels of a robot cannot be served.
 #[derive(Debug, thiserror::Error)]
@@ -33,16 +33,22 @@ pub struct LiveView {
 }
 
 impl LiveView {
-    /// Starts to serve the channels of the robot of a domain.
+    /// Starts to serve the channels of the robot of a domain. `origins` are those of the web pages that may connect.
     ///
     /// # Errors
     ///
     /// The robot cannot be joined, its body is invalid, or a thread cannot be started.
-    pub fn start(domain: &Domain, subject: &Subject, listener: Listener) -> Result<Self, ViewError> {
+    pub fn start(
+        domain: &Domain,
+        subject: &Subject,
+        listener: Listener,
+        origins: Origins,
+    ) -> Result<Self, ViewError> {
         let mut messages =
             ViewerMessages::new(&subject.robot, &subject.x_world_base).map_err(RecordError::Body)?;
         // No other server of this machine began at the same nanosecond.
-        let shared = Arc::new(Shared::new(Hub::new(clock::now().as_nanos().to_string())));
+        let hub = Hub::new(clock::now().as_nanos().to_string());
+        let shared = Arc::new(Shared::new(hub, origins));
         let hub = Arc::clone(&shared);
         let recorder = Recorder::feed(domain, move |frame| {
             let messages = messages.of(frame);

@@ -20,7 +20,7 @@ const MAX_CONNECTIONS: usize = 64;
 /// Pause after a failed accept, for example when file descriptors are exhausted.
 const ACCEPT_RETRY: Duration = Duration::from_millis(100);
 /// Time-out for the sessions to end.
-const END_TIMEOUT: Duration = Duration::from_secs(1);
+const END_TIMEOUT: Duration = Duration::from_millis(1500);
 
 /// A running server. Dropping it ends it.
 #[derive(Debug)]

@@ -10,7 +10,7 @@ use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::handshake::server::{ErrorResponse, Request, Response};
-use tokio_tungstenite::tungstenite::http::header::SEC_WEBSOCKET_PROTOCOL;
+use tokio_tungstenite::tungstenite::http::header::{ORIGIN, SEC_WEBSOCKET_PROTOCOL};
 use tokio_tungstenite::tungstenite::http::{HeaderValue, StatusCode};
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::protocol::{CloseFrame, WebSocketConfig};
@@ -26,8 +26,8 @@ const MAX_MESSAGE_BYTES: usize = 64 << 10;
 const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time-out of one message: a client that takes none is disconnected.
 const SEND_TIMEOUT: Duration = Duration::from_secs(10);
-/// Time-out of the farewell to a client.
-const CLOSE_TIMEOUT: Duration = Duration::from_millis(500);
+/// Time-out of the farewell to a client, and of its answer.
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(1);
 /// Interval of the pings, which every WebSocket answers.
 const PING_INTERVAL: Duration = Duration::from_secs(5);
 /// Maximum number of consecutive unanswered pings.
@@ -53,6 +53,7 @@ pub(super) async fn serve(stream: TcpStream, shared: Arc<Shared>, mut stop: watc
         .max_frame_size(Some(MAX_MESSAGE_BYTES));
     let mut joined = None;
     let negotiate = |request: &Request, response| {
+        admit(request, &shared)?;
         let response = negotiated(request, response)?;
         joined = shared.hub().join();
         match joined {
@@ -75,6 +76,16 @@ pub(super) async fn serve(stream: TcpStream, shared: Arc<Shared>, mut stop: watc
         session.close(end).await;
     }
     shared.hub().leave(client);
+}
+
+/// Refuses web pages of foreign sites. Every page that a browser of this machine shows could connect.
+fn admit(request: &Request, shared: &Shared) -> Result<(), ErrorResponse> {
+    let origin = request.headers().get(ORIGIN).map(|origin| String::from_utf8_lossy(origin.as_bytes()));
+    if shared.admits(origin.as_deref()) {
+        return Ok(());
+    }
+    let reason = "web pages of this origin are not admitted: start `leo view` with --origin\n".to_owned();
+    Err(refusal(StatusCode::FORBIDDEN, reason))
 }
 
 /// The response to the first request, with the newest protocol that both sides speak.
@@ -169,8 +180,14 @@ impl Session<'_> {
             End::Stopped => (CloseCode::Away, "leo view ends".to_owned()),
         };
         let frame = CloseFrame { code, reason: reason.into() };
-        // A client that does not take its farewell learns it from the connection.
-        let _closed = timeout(CLOSE_TIMEOUT, self.socket.close(Some(frame))).await;
+        // A connection that is closed with unread messages of the client would discard the farewell. A client that does
+        // not take it learns the end from the connection.
+        let farewell = async {
+            if self.socket.close(Some(frame)).await.is_ok() {
+                while let Some(Ok(_unread)) = self.socket.next().await {}
+            }
+        };
+        let _closed = timeout(CLOSE_TIMEOUT, farewell).await;
     }
 }
 
