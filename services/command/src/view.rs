@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Args;
-use quantity::number::{counted, counted_with};
+use quantity::number::counted_with;
 use transport::janitor::is_claimed;
 use viewer_process::{Listener, LiveView, Origins, Totals};
 
@@ -88,13 +88,13 @@ fn summary(Totals { clients, sent, dropped }: Totals, lost_frames: u64) -> Strin
     let messages = counted_with(sent, "message was", "messages were");
     let slow = match dropped {
         0 => "none was dropped".to_owned(),
-        _ => format!("{} dropped: a viewer was too slow", counted(dropped, "message")),
+        _ => format!("{} dropped: a viewer was too slow", counted_with(dropped, "was", "were")),
     };
     let lost = match lost_frames {
         0 => String::new(),
         _ => format!(
-            "{} of the robot dropped: this machine was too slow\n",
-            counted_with(lost_frames, "frame was", "frames were")
+            "{} dropped: this machine was too slow\n",
+            counted_with(lost_frames, "frame of the robot was", "frames of the robot were")
         ),
     };
     format!("{viewers} connected; {messages} sent, {slow}\n{lost}")
