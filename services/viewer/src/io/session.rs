@@ -9,16 +9,16 @@ use tokio::net::TcpStream;
 use tokio::sync::watch;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 use tokio_tungstenite::WebSocketStream;
-use tokio_tungstenite::tungstenite::handshake::server::{ErrorResponse, Request, Response};
-use tokio_tungstenite::tungstenite::http::header::{ORIGIN, SEC_WEBSOCKET_PROTOCOL};
-use tokio_tungstenite::tungstenite::http::{HeaderValue, StatusCode};
+use tokio_tungstenite::tungstenite::handshake::server::{Request, Response};
+use tokio_tungstenite::tungstenite::http::HeaderValue;
+use tokio_tungstenite::tungstenite::http::header::SEC_WEBSOCKET_PROTOCOL;
 use tokio_tungstenite::tungstenite::protocol::frame::coding::CloseCode;
 use tokio_tungstenite::tungstenite::protocol::{CloseFrame, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Error, Message};
 
+use super::handshake::{HandshakeError, admit};
 use super::shared::{Shared, stopped};
-use crate::protocol::SUBPROTOCOLS;
-use crate::{ClientId, MAX_CLIENTS, Outgoing};
+use crate::{ClientId, Outgoing};
 
 /// Maximum size of a client's message, in bytes: a subscription of a thousand channels.
 const MAX_MESSAGE_BYTES: usize = 64 << 10;
@@ -52,17 +52,12 @@ pub(super) async fn serve(stream: TcpStream, shared: Arc<Shared>, mut stop: watc
         .max_message_size(Some(MAX_MESSAGE_BYTES))
         .max_frame_size(Some(MAX_MESSAGE_BYTES));
     let mut joined = None;
-    let negotiate = |request: &Request, response| {
-        admit(request, &shared)?;
-        let response = negotiated(request, response)?;
-        joined = shared.hub().join();
-        match joined {
-            Some(_) => Ok(response),
-            None => {
-                let reason = format!("{MAX_CLIENTS} viewers are connected, which is the maximum\n");
-                Err(refusal(StatusCode::SERVICE_UNAVAILABLE, reason))
-            }
-        }
+    #[expect(clippy::result_large_err, reason = "the library wants a whole response")]
+    let negotiate = |request: &Request, mut response: Response| {
+        let (client, spoken) = admit(request, &shared).map_err(HandshakeError::response)?;
+        joined = Some(client);
+        response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(spoken));
+        Ok(response)
     };
     let handshake = tokio_tungstenite::accept_hdr_async_with_config(stream, negotiate, Some(config));
     let shaken = tokio::select! {
@@ -76,38 +71,6 @@ pub(super) async fn serve(stream: TcpStream, shared: Arc<Shared>, mut stop: watc
         session.close(end).await;
     }
     shared.hub().leave(client);
-}
-
-/// Refuses web pages of foreign sites. Every page that a browser of this machine shows could connect.
-fn admit(request: &Request, shared: &Shared) -> Result<(), ErrorResponse> {
-    let origin = request.headers().get(ORIGIN).map(|origin| String::from_utf8_lossy(origin.as_bytes()));
-    if shared.admits(origin.as_deref()) {
-        return Ok(());
-    }
-    let reason = "web pages of this origin are not admitted: start `leo view` with --origin\n".to_owned();
-    Err(refusal(StatusCode::FORBIDDEN, reason))
-}
-
-/// The response to the first request, with the newest protocol that both sides speak.
-fn negotiated(request: &Request, mut response: Response) -> Result<Response, ErrorResponse> {
-    let offers = request.headers().get_all(SEC_WEBSOCKET_PROTOCOL);
-    let lines = offers.iter().filter_map(|line| line.to_str().ok());
-    let offered: Vec<&str> = lines.flat_map(|line| line.split(',')).map(str::trim).collect();
-    let Some(spoken) = SUBPROTOCOLS.into_iter().find(|known| offered.contains(known)) else {
-        let reason = format!(
-            "this address speaks {}: open it in Foxglove or Lichtblick\n",
-            SUBPROTOCOLS.join(" and ")
-        );
-        return Err(refusal(StatusCode::BAD_REQUEST, reason));
-    };
-    response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, HeaderValue::from_static(spoken));
-    Ok(response)
-}
-
-fn refusal(status: StatusCode, reason: String) -> ErrorResponse {
-    let mut refusal = ErrorResponse::new(Some(reason));
-    *refusal.status_mut() = status;
-    refusal
 }
 
 struct Session<'a> {
