@@ -19,6 +19,7 @@ pub(crate) const LAYERS: [&[&str]; 9] = [
         "sensor-process",
         "simulator-process",
         "supervisor-process",
+        "viewer-process",
     ],
     &[
         "folder",
@@ -80,7 +81,7 @@ const PEERS: [(&str, &[&str]); 11] = [
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 20] = [
+const WRAPPED: [(&str, &[&str]); 22] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["leo-message"]),
     ("iceoryx2-bb-elementary-traits", &["leo-message"]),
@@ -114,6 +115,8 @@ const WRAPPED: [(&str, &[&str]); 20] = [
     ("quinn", &["link-process"]),
     ("quinn-proto", &["link-process"]),
     ("rustls", &["link-process"]),
+    ("futures-util", &["viewer-process"]),
+    ("tokio-tungstenite", &["viewer-process"]),
 ];
 
 /// The packages of the workspace.

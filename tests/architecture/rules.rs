@@ -6,7 +6,7 @@ use crate::layers::{LAYERS, dependencies};
 use crate::source::{Source, sources};
 
 /// Crates and modules that do input or output, read a clock, or wait: a core names none of them.
-const IO_PATHS: [&str; 26] = [
+const IO_PATHS: [&str; 27] = [
     "axum",
     "clock::now",
     "clock::sleep_until",
@@ -32,6 +32,7 @@ const IO_PATHS: [&str; 26] = [
     "std::thread",
     "store",
     "tokio",
+    "tokio_tungstenite",
     "transport",
 ];
 
@@ -39,9 +40,16 @@ const IO_PATHS: [&str; 26] = [
 const IO_METHODS: [&str; 7] =
     [".canonicalize", ".exists", ".is_dir", ".is_file", ".read_dir", ".symlink_metadata", ".try_exists"];
 
-/// Plain values of the crates above, which a core may name: two error types, a bit and a table of words.
-const VALUES: [&str; 4] =
-    ["realtime::MEMORY", "realtime::SerialWorkersError", "realtime::grants", "serial::LineLostError"];
+/// Plain values of the crates above, which a core may name: two error types, a bit, a table of words, and a message for
+/// viewers with its schema.
+const VALUES: [&str; 6] = [
+    "realtime::MEMORY",
+    "realtime::SerialWorkersError",
+    "realtime::grants",
+    "recording::Schema",
+    "recording::ViewerMessage",
+    "serial::LineLostError",
+];
 
 /// Reading the machine's clock, or waiting by it, however it is imported.
 const CLOCK_PATHS: [&str; 7] = [

@@ -344,6 +344,7 @@ fn every_command_has_help_with_an_example() {
         "evaluate",
         "learn",
         "record",
+        "view",
         "replay",
         "top",
         "emergency-stop",

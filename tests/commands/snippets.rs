@@ -22,9 +22,9 @@ use crate::harness::{read, run_leo};
 use crate::venv;
 
 /// The command lines of the documents, those of them that are run, and the commands of `leo` in them.
-const COMMANDS: usize = 121;
-const RUN: usize = 72;
-const PARSED: usize = 73;
+const COMMANDS: usize = 122;
+const RUN: usize = 73;
+const PARSED: usize = 74;
 /// Documents that are tried at once. Robots wait more than they compute.
 const LANES: usize = 2;
 /// What a block may be. `rust` is compiled by the documentation tests, and pictures and layouts are not run.

@@ -97,6 +97,9 @@ _leo() {
             leo,torque-guard)
                 cmd="leo__subcmd__torque__subcmd__guard"
                 ;;
+            leo,view)
+                cmd="leo__subcmd__view"
+                ;;
             leo__subcmd__bus,commission)
                 cmd="leo__subcmd__bus__subcmd__commission"
                 ;;
@@ -238,6 +241,9 @@ _leo() {
             leo__subcmd__help,torque-guard)
                 cmd="leo__subcmd__help__subcmd__torque__subcmd__guard"
                 ;;
+            leo__subcmd__help,view)
+                cmd="leo__subcmd__help__subcmd__view"
+                ;;
             leo__subcmd__help__subcmd__bus,commission)
                 cmd="leo__subcmd__help__subcmd__bus__subcmd__commission"
                 ;;
@@ -323,7 +329,7 @@ _leo() {
 
     case "${cmd}" in
         leo)
-            opts="-v -h -V --config --set --lesson --for --stay --faults --domain --verbose --log-json --help --version run teach study believe evaluate learn record replay top arm emergency-stop check bench manual bench-echo simulator sensor belief learner motor mock-bus console link torque-guard tasks bus help"
+            opts="-v -h -V --config --set --lesson --for --stay --faults --domain --verbose --log-json --help --version run teach study believe evaluate learn record view replay top arm emergency-stop check bench manual bench-echo simulator sensor belief learner motor mock-bus console link torque-guard tasks bus help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 1 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -1237,7 +1243,7 @@ _leo() {
             return 0
             ;;
         leo__subcmd__help)
-            opts="run teach study believe evaluate learn record replay top arm emergency-stop check bench manual bench-echo simulator sensor belief learner motor mock-bus console link torque-guard tasks bus help"
+            opts="run teach study believe evaluate learn record view replay top arm emergency-stop check bench manual bench-echo simulator sensor belief learner motor mock-bus console link torque-guard tasks bus help"
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
                 return 0
@@ -1811,6 +1817,20 @@ _leo() {
             return 0
             ;;
         leo__subcmd__help__subcmd__torque__subcmd__guard)
+            opts=""
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        leo__subcmd__help__subcmd__view)
             opts=""
             if [[ ${cur} == -* || ${COMP_CWORD} -eq 3 ]] ; then
                 COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
@@ -2698,6 +2718,44 @@ _leo() {
                     return 0
                     ;;
                 --config)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                *)
+                    COMPREPLY=()
+                    ;;
+            esac
+            COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+            return 0
+            ;;
+        leo__subcmd__view)
+            opts="-v -h --listen --origin --domain --config --set --lesson --verbose --log-json --help"
+            if [[ ${cur} == -* || ${COMP_CWORD} -eq 2 ]] ; then
+                COMPREPLY=( $(compgen -W "${opts}" -- "${cur}") )
+                return 0
+            fi
+            case "${prev}" in
+                --listen)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --origin)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --domain)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --config)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --set)
+                    COMPREPLY=($(compgen -f "${cur}"))
+                    return 0
+                    ;;
+                --lesson)
                     COMPREPLY=($(compgen -f "${cur}"))
                     return 0
                     ;;

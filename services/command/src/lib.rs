@@ -35,6 +35,8 @@ mod teach;
 mod top;
 mod trace_quality;
 mod usage;
+mod view;
+mod viewed_robot;
 
 use std::ffi::OsString;
 use std::io::Write as _;
@@ -80,6 +82,8 @@ enum Command {
     Learn(learn::Learn),
     /// Record a running robot: every buffer's bytes, and messages for common viewers
     Record(record::Record),
+    /// Serve a running robot to live viewers, such as Foxglove and Lichtblick
+    View(view::View),
     /// Replay a recording into the belief and learner processes, and compare their output
     Replay(replay::Replay),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
@@ -174,6 +178,7 @@ impl Command {
             Self::Evaluate(evaluate) => evaluate.run(),
             Self::Learn(learn) => learn.run(),
             Self::Record(record) => record.run(),
+            Self::View(view) => view.run(),
             Self::Replay(replay) => replay.run(),
             Self::Top(top) => top.run(),
             Self::Arm(arm) => arm.run(),

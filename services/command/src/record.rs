@@ -7,17 +7,16 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use clap::Args;
-use config::lesson::Lesson;
 use process::black_box;
 use quantity::number::{counted, counted_with};
-use recording::{Recorder, Subject, Time, robot_pose};
+use recording::Recorder;
 use transport::Domain;
 use transport::janitor::is_claimed;
 
-use crate::configuration::SetValues;
 use crate::failure::CommandError;
 use crate::output::Force;
 use crate::progress::Progress;
+use crate::viewed_robot::ViewedRobot;
 use crate::{domain, output, seconds};
 
 /// Polling interval of the stop conditions.
@@ -51,14 +50,8 @@ pub(crate) struct Record {
     /// Keep only the last seconds in memory, 1 GB at most, and write them at the end
     #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     last: Option<Duration>,
-    /// The leo.toml that the robot runs with, for what viewers show [default: built in]
-    #[arg(long, value_name = "FILE")]
-    config: Option<PathBuf>,
     #[command(flatten)]
-    set: SetValues,
-    /// The lesson that it plays, for its pose in the room [default: built in, Task 1 of the study]
-    #[arg(long, value_name = "FILE")]
-    lesson: Option<PathBuf>,
+    viewed: ViewedRobot,
 }
 
 impl Record {
@@ -70,24 +63,12 @@ impl Record {
     }
 
     fn record(&self, file: &Path) -> Result<ExitCode, CommandError> {
-        let lesson = match &self.lesson {
-            Some(file) => Lesson::load(file).map_err(CommandError::usage)?,
-            None => Lesson::builtin(),
-        };
-        let subject = Subject::of(
-            &self.set.files(self.config.as_deref())?,
-            Time::Wall,
-            None,
-            robot_pose(&lesson),
-            &output::program(),
-        )
-        .map_err(CommandError::usage)?;
+        let subject = self.viewed.subject()?;
         let domain = domain::running(self.domain.as_deref())?;
         // Check the layouts before creating a file that would stay empty.
         domain.check_layouts().map_err(CommandError::runtime)?;
-        let configuration = config::read_files(self.config.as_deref());
-        let inputs = self.lesson.iter().chain(&configuration).map(PathBuf::as_path);
-        let to = self.force.named_unless_read(file, inputs)?;
+        let inputs = self.viewed.files();
+        let to = self.force.named_unless_read(file, inputs.iter().map(PathBuf::as_path))?;
         let stop = process::stop_flag().map_err(CommandError::runtime)?;
         let recorder = match self.last {
             None => Recorder::start(&domain, subject, &to),

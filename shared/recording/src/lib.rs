@@ -1,8 +1,8 @@
 //! Recordings of the robot's buffers as MCAP files: the raw frames, and messages for common viewers.
 //!
 //! A [`Writer`] writes [`Frame`]s that [`BufferSubscribers`] deliver in lockstep time, or that a [`Recorder`] takes
-//! from a running robot. A [`Reader`] reads them, and a [`Difference`] describes where two differ. `docs/recording.md`
-//! describes the file format.
+//! from a running robot. A [`Reader`] reads them, and a [`Difference`] describes where two differ. [`ViewerMessages`]
+//! converts frames into messages for common viewers. `docs/recording.md` describes the file format.
 
 mod about;
 mod blocks;
@@ -21,7 +21,7 @@ mod recorder;
 mod renamed;
 mod ring;
 mod subscribers;
-mod views;
+mod viewer_messages;
 mod writer;
 
 pub use about::{About, Subject, Time, robot_pose};
@@ -34,4 +34,5 @@ pub use reader::Reader;
 pub use recorder::Recorder;
 pub use ring::{Ring, RingSnapshot, SaveError};
 pub use subscribers::BufferSubscribers;
+pub use viewer_messages::{Schema, ViewerMessage, ViewerMessages};
 pub use writer::{StartError, Writer};

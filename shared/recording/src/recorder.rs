@@ -30,7 +30,7 @@ const END_TIMEOUT: Duration = Duration::from_secs(3);
 /// Capacity of the queue between the threads, in frames: two seconds of a robot with one partner.
 const QUEUE_FRAMES: usize = 4096;
 
-/// Records a running robot until stopped: into a file, or the most recent frames into memory.
+/// Records a running robot until stopped: into a file, the most recent frames into memory, or into a function.
 ///
 /// One thread takes frames from shared memory, another one stores them; the queue between them holds some seconds. If
 /// the disk is slower, frames are dropped and counted. The robot is not affected.
@@ -139,6 +139,27 @@ impl Recorder {
         Self::begin(domain, Some(asks), |shared, from, ready| {
             thread("recorder-ring", move || {
                 shared.ending(|| keep_in_memory(&shared, &from, ring, &asked, &ready))
+            })
+        })
+    }
+
+    /// Starts to hand every frame of the robot of a domain to a function, in a thread of its own. While the function is
+    /// busy, frames wait in the queue; if that is full, they are dropped and counted.
+    ///
+    /// # Errors
+    ///
+    /// The robot cannot be joined.
+    pub fn feed(domain: &Domain, mut to: impl FnMut(&Frame) + Send + 'static) -> Result<Self, RecordError> {
+        Self::begin(domain, None, |shared, from, ready| {
+            thread("recorder-feed", move || {
+                shared.ending(|| {
+                    let _waits = ready.send(());
+                    for frame in &from {
+                        to(&frame);
+                        shared.count(|counts| counts.written(frame.topic));
+                    }
+                    Ok(())
+                })
             })
         })
     }

@@ -10,8 +10,7 @@ use message::TopicId;
 
 use crate::about::{ABOUT, About};
 use crate::fail_fast_writer::FailFastWriter;
-use crate::views::Views;
-use crate::{Channel, Counts, Frame, RecordError, Subject};
+use crate::{Channel, Counts, Frame, RecordError, Schema, Subject, ViewerMessages};
 
 /// The MCAP profile; tells viewers to expect ROS 2 messages.
 pub(crate) const PROFILE: &str = "ros2";
@@ -28,7 +27,7 @@ const CHUNK_BYTES: u64 = 4 << 20;
 pub struct Writer<W: Write> {
     out: mcap::Writer<NoSeek<FailFastWriter<W>>>,
     /// `None` for the parts of a ring, which no viewer opens.
-    views: Option<Views>,
+    views: Option<ViewerMessages>,
     raw: BTreeMap<TopicId, u16>,
     shown: BTreeMap<String, u16>,
     counts: Counts,
@@ -42,7 +41,7 @@ impl<W: Write> Writer<W> {
     ///
     /// It cannot be written.
     pub fn new(out: W, subject: &Subject) -> Result<Self, StartError> {
-        let views = Views::new(&subject.robot, &subject.x_world_base)?;
+        let views = ViewerMessages::new(&subject.robot, &subject.x_world_base)?;
         let mut writer = Self::over(out, Some(views))?;
         writer.begin(subject).map_err(failed)?;
         Ok(writer)
@@ -55,7 +54,7 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    fn over(out: W, views: Option<Views>) -> io::Result<Self> {
+    fn over(out: W, views: Option<ViewerMessages>) -> io::Result<Self> {
         // No compression threads and no seeking: each chunk is written by this thread, sequentially.
         let options = WriteOptions::new()
             .profile(PROFILE)
@@ -134,10 +133,11 @@ impl<W: Write> Writer<W> {
             let channel = match self.shown.get(&view.topic) {
                 Some(channel) => *channel,
                 None => {
-                    let (name, text) = view.schema;
-                    let schema = self.out.add_schema(name, "ros2msg", text.as_bytes())?;
+                    let Schema { name, text } = view.schema;
+                    let schema = self.out.add_schema(name, Schema::ENCODING, text.as_bytes())?;
                     let qos = BTreeMap::from([("offered_qos_profiles".to_owned(), String::new())]);
-                    let channel = self.out.add_channel(schema, &view.topic, "cdr", &qos)?;
+                    let channel =
+                        self.out.add_channel(schema, &view.topic, Schema::MESSAGE_ENCODING, &qos)?;
                     self.shown.insert(view.topic.clone(), channel);
                     channel
                 }

@@ -48,12 +48,14 @@ pub(super) fn add_camera(session: &mut Session) {
     session.edit("camera/leo.toml", SIMULATOR, &format!("{SIMULATOR}\n{source}"));
 }
 
-/// Starts the robot that the document takes for granted, and names it to the recorder: other robots may run here.
+/// Starts the robot that the document takes for granted, and names it to its observers: other robots may run here, and
+/// other programs may have the port.
 pub(super) fn start_a_robot(session: &mut Session) {
     let domain = format!("/dev/shm/leo-recorded-{}", std::process::id());
     session.run(&format!("leo run --stay --domain {domain}"), &Trial::Stays("I can teach you to do task 1"));
-    let line = "leo record --black-box";
-    session.rename(line, format!("{line} --domain {domain}"));
+    for (line, more) in [("leo record --black-box", ""), ("leo view", " --listen 127.0.0.1:0")] {
+        session.rename(line, format!("{line}{more} --domain {domain}"));
+    }
 }
 
 /// Writes a trace for the truth of the document, and one pedestrian as the MOT Challenge writes it.

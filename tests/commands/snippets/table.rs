@@ -187,6 +187,7 @@ pub(super) const ENTRIES: &[Entry] = &[
             Line("leo record morning.mcap --for 60", NotRun(RECORDER)),
             ByHand(by_hand::start_a_robot),
             Line("leo record --black-box", Says("_asked.mcap")),
+            Line("leo view", Interrupted("Open Foxglove or Lichtblick")),
             Line("leo replay task1.mcap", Says("frames equal")),
             Line("python3 -m venv venv && venv/bin/pip install mcap", NotRun(NETWORK)),
             Line("venv/bin/python ids.py task1.mcap", Says(" [")),

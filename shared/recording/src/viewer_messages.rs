@@ -1,4 +1,5 @@
-//! Messages for common viewers: the frames converted into ROS 2 messages.
+//! Messages for common viewers: the frames converted into ROS 2 messages. A recording contains them, and `leo view`
+//! sends them.
 
 use belief::percepts::{Kernel, Percepts, Space};
 use config::Robot;
@@ -26,26 +27,45 @@ const UNKNOWN_M: [f32; 3] = [0.02; 3];
 /// The colour of objects without a known one.
 const GREY: [f32; 3] = [0.5; 3];
 
-/// A schema of ROS 2: its name and its text.
-pub(crate) type Schema = (&'static str, &'static str);
+/// The definition of a ROS 2 message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Schema {
+    /// Its name, such as `sensor_msgs/msg/JointState`.
+    pub name: &'static str,
+    /// Its text, with the definitions of its parts.
+    pub text: &'static str,
+}
 
-const JOINT_STATE: Schema = ("sensor_msgs/msg/JointState", include_str!("ros2msg/JointState.msg"));
-const LOG: Schema = ("rcl_interfaces/msg/Log", include_str!("ros2msg/Log.msg"));
-const MARKERS: Schema = ("visualization_msgs/msg/MarkerArray", include_str!("ros2msg/MarkerArray.msg"));
-const TEXT: Schema = ("std_msgs/msg/String", include_str!("ros2msg/String.msg"));
-const TRANSFORMS: Schema = ("tf2_msgs/msg/TFMessage", include_str!("ros2msg/TFMessage.msg"));
+impl Schema {
+    /// The encoding of its text, by the name that MCAP and the live protocol of Foxglove give it.
+    pub const ENCODING: &'static str = "ros2msg";
+    /// The encoding of its messages, by the name that both give it.
+    pub const MESSAGE_ENCODING: &'static str = "cdr";
+}
+
+const JOINT_STATE: Schema =
+    Schema { name: "sensor_msgs/msg/JointState", text: include_str!("ros2msg/JointState.msg") };
+const LOG: Schema = Schema { name: "rcl_interfaces/msg/Log", text: include_str!("ros2msg/Log.msg") };
+const MARKERS: Schema =
+    Schema { name: "visualization_msgs/msg/MarkerArray", text: include_str!("ros2msg/MarkerArray.msg") };
+const TEXT: Schema = Schema { name: "std_msgs/msg/String", text: include_str!("ros2msg/String.msg") };
+const TRANSFORMS: Schema =
+    Schema { name: "tf2_msgs/msg/TFMessage", text: include_str!("ros2msg/TFMessage.msg") };
 
 /// A message for viewers.
 #[derive(Clone, Debug)]
-pub(crate) struct View {
-    pub(crate) topic: String,
-    pub(crate) schema: Schema,
-    pub(crate) bytes: Vec<u8>,
+pub struct ViewerMessage {
+    /// The name of its channel, such as `/tf`.
+    pub topic: String,
+    /// Its definition; every message of a channel has the same.
+    pub schema: Schema,
+    /// The encoded message.
+    pub bytes: Vec<u8>,
 }
 
-/// Converts frames into messages for viewers.
+/// Converts frames into messages for viewers: the one table of the channels of recordings and of live viewers.
 #[derive(Clone, Debug)]
-pub(crate) struct Views {
+pub struct ViewerMessages {
     robot: Robot,
     body: Body,
     x_world_base: Isometry3<f64>,
@@ -64,8 +84,13 @@ struct Shown {
     colour: Option<u16>,
 }
 
-impl Views {
-    pub(crate) fn new(robot: &Robot, x_world_base: &Pose<World, Base>) -> Result<Self, BodyError> {
+impl ViewerMessages {
+    /// Those of a robot whose base has this pose in the room.
+    ///
+    /// # Errors
+    ///
+    /// The body for viewers is invalid.
+    pub fn new(robot: &Robot, x_world_base: &Pose<World, Base>) -> Result<Self, BodyError> {
         let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
         let body = Body::from_urdf(&robot.urdf, &names)?;
         Ok(Self {
@@ -79,28 +104,28 @@ impl Views {
         })
     }
 
-    /// The messages for a frame; none for a malformed frame.
-    pub(crate) fn of(&mut self, frame: &Frame) -> Vec<View> {
-        let mut views = Vec::new();
+    /// The messages for a frame; none for a malformed frame. Those for the first frame include the robot's description.
+    pub fn of(&mut self, frame: &Frame) -> Vec<ViewerMessage> {
+        let mut messages = Vec::new();
         if !self.has_described {
             self.has_described = true;
             let mut cdr = Cdr::new();
             cdr.string(&self.robot.urdf);
-            views.push(view("/robot_description", TEXT, cdr.finish()));
+            messages.push(message("/robot_description", TEXT, cdr.finish()));
         }
         let topic = frame.topic;
         if topic == TopicId::JointStates {
-            self.joints(frame, &mut views);
+            self.joints(frame, &mut messages);
         } else if topic == TopicId::Utterances {
-            self.utterances(frame, &mut views);
+            self.utterances(frame, &mut messages);
         } else if topic == TopicId::Events {
-            self.events(frame, &mut views);
+            self.events(frame, &mut messages);
         } else if topic == TopicId::Scene && self.is_due(frame) {
-            scene(frame, &mut views);
+            scene(frame, &mut messages);
         } else if matches!(topic, TopicId::Beliefs(_)) && self.is_due(frame) {
-            self.beliefs(frame, &mut views);
+            self.beliefs(frame, &mut messages);
         }
-        views
+        messages
     }
 
     /// Whether the next picture of a topic is due.
@@ -119,7 +144,7 @@ impl Views {
         }
     }
 
-    fn joints(&mut self, frame: &Frame, views: &mut Vec<View>) {
+    fn joints(&mut self, frame: &Frame, messages: &mut Vec<ViewerMessage>) {
         let Some((_, states)) = frame.read::<JointStates>() else { return };
         let joints: Vec<_> = states
             .iter()
@@ -145,15 +170,15 @@ impl Views {
                 *slot = *position;
             }
         }
-        views.push(view("/joint_states", JOINT_STATE, cdr.finish()));
+        messages.push(message("/joint_states", JOINT_STATE, cdr.finish()));
         if self.is_due(frame) {
             let root = (WORLD, self.body.root(), self.x_world_base);
             let links: Vec<_> = [root].into_iter().chain(self.body.links(&self.positions_rad)).collect();
-            views.push(view("/tf", TRANSFORMS, transforms(frame.at_ns, &links)));
+            messages.push(message("/tf", TRANSFORMS, transforms(frame.at_ns, &links)));
         }
     }
 
-    fn beliefs(&self, frame: &Frame, views: &mut Vec<View>) {
+    fn beliefs(&self, frame: &Frame, messages: &mut Vec<ViewerMessage>) {
         let Some((head, beliefs)) = frame.read::<Beliefs>() else { return };
         let Some(x_base_frame) = head.frame() else { return };
         let mut drawn = Vec::new();
@@ -171,7 +196,7 @@ impl Views {
         drawn.extend(beliefs.iter().filter_map(|belief| self.belief(x_base_frame.isometry(), belief)));
         let topic = format!("/beliefs/{}", self.whose(&head));
         let bytes = markers(frame.at_ns, self.body.root(), &drawn);
-        views.push(view(&topic, MARKERS, bytes));
+        messages.push(message(&topic, MARKERS, bytes));
     }
 
     fn belief(&self, x_base_frame: &Isometry3<f64>, belief: &Belief) -> Option<Marker<'static>> {
@@ -226,21 +251,21 @@ impl Views {
         }
     }
 
-    fn utterances(&self, frame: &Frame, views: &mut Vec<View>) {
+    fn utterances(&self, frame: &Frame, messages: &mut Vec<ViewerMessage>) {
         let Some((_, utterances)) = frame.read::<Utterances>() else { return };
         for utterance in utterances {
             let speaker = u16::try_from(utterance.speaker).unwrap_or(message::NOBODY);
             let name = self.robot.leo.belief.names.of(speaker);
-            views.push(log(frame.at_ns, &name, utterance.text.as_str()));
+            messages.push(log(frame.at_ns, &name, utterance.text.as_str()));
         }
     }
 
-    fn events(&self, frame: &Frame, views: &mut Vec<View>) {
+    fn events(&self, frame: &Frame, messages: &mut Vec<ViewerMessage>) {
         let Some((_, events)) = frame.read::<Events>() else { return };
         let names = &self.robot.leo.belief.names;
         for event in &events {
             if let Some((kind, text)) = event_text(names, event) {
-                views.push(log(frame.at_ns, &names.of(0), &format!("{}: {text}", kind.word())));
+                messages.push(log(frame.at_ns, &names.of(0), &format!("{}: {text}", kind.word())));
             }
         }
     }
@@ -258,8 +283,8 @@ impl Shown {
     }
 }
 
-fn view(topic: &str, schema: Schema, bytes: Vec<u8>) -> View {
-    View { topic: topic.to_owned(), schema, bytes }
+fn message(topic: &str, schema: Schema, bytes: Vec<u8>) -> ViewerMessage {
+    ViewerMessage { topic: topic.to_owned(), schema, bytes }
 }
 
 fn transforms(at_ns: u64, links: &[(&str, &str, Isometry3<f64>)]) -> Vec<u8> {
@@ -273,7 +298,7 @@ fn transforms(at_ns: u64, links: &[(&str, &str, Isometry3<f64>)]) -> Vec<u8> {
     cdr.finish()
 }
 
-fn scene(frame: &Frame, views: &mut Vec<View>) {
+fn scene(frame: &Frame, messages: &mut Vec<ViewerMessage>) {
     let Some((_, objects)) = frame.read::<Scene>() else { return };
     let posed = |object: &SceneObject| {
         Pose::<World, geometry::Thing>::from_parts(object.position_m, object.orientation_xyzw)
@@ -294,17 +319,17 @@ fn scene(frame: &Frame, views: &mut Vec<View>) {
             })
         })
         .collect();
-    views.push(view("/scene", MARKERS, markers(frame.at_ns, WORLD, &drawn)));
+    messages.push(message("/scene", MARKERS, markers(frame.at_ns, WORLD, &drawn)));
     let names: Vec<String> = objects.iter().map(|object| format!("scene/{}", object.name.as_str())).collect();
     let links: Vec<_> = names
         .iter()
         .zip(&objects)
         .filter_map(|(name, object)| Some((WORLD, name.as_str(), posed(object)?)))
         .collect();
-    views.push(view("/tf", TRANSFORMS, transforms(frame.at_ns, &links)));
+    messages.push(message("/tf", TRANSFORMS, transforms(frame.at_ns, &links)));
 }
 
-fn log(at_ns: u64, who: &str, words: &str) -> View {
+fn log(at_ns: u64, who: &str, words: &str) -> ViewerMessage {
     let mut cdr = Cdr::new();
     cdr.time(at_ns);
     cdr.u8(INFO);
@@ -313,5 +338,5 @@ fn log(at_ns: u64, who: &str, words: &str) -> View {
     cdr.string("");
     cdr.string("");
     cdr.u32(0);
-    view("/log", LOG, cdr.finish())
+    message("/log", LOG, cdr.finish())
 }
