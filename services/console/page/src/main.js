@@ -9,13 +9,17 @@ import { Dialogue } from './dialogue.js';
 import { listDivergences } from './divergences.js';
 import { find, make, write } from './element.js';
 import { extent } from './extent.js';
+import { Guide } from './guide.js';
 import { Hand } from './hand.js';
 import { Health } from './health.js';
 import { Keys } from './keys.js';
+import { Labels, colourName } from './labels.js';
 import { landing } from './landing.js';
 import { VIEWS, freeSeat, freely, fromAbove, overTable, throughEyes, throughLeo } from './lens.js';
 import { Lessons } from './lessons.js';
+import { isHidden } from './line-of-sight.js';
 import { HitTargets } from './hit-targets.js';
+import { remember, remembered } from './memory.js';
 import { repaint } from './paint.js';
 import { Palette } from './palette.js';
 import { People, signed } from './people.js';
@@ -99,7 +103,9 @@ const minds = [0, 1].map((perspective) => {
   beliefs.perspective = perspective;
   const element = find(`mind-${perspective}`);
   const eye = camera();
-  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim: (/** @type {number} */ aspect) => overTable(eye, region, aspect) } };
+  const labels = new Labels(element, eye);
+  const aim = (/** @type {number} */ aspect) => overTable(eye, region, aspect);
+  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim, drawn: () => labels.place(areNamed() ? beliefs.labels() : []) } };
 });
 
 /** The region of the table shown in the belief views. */
@@ -122,8 +128,12 @@ const main = {
     else freely(eye, free, aspect);
     world.present(view);
   },
-  drawn: () => hitTargets.place(),
+  drawn: () => {
+    hitTargets.place();
+    labels.place(areNamed() ? thingLabels() : []);
+  },
 };
+const labels = new Labels(main.element, eye);
 const hitTargets = new HitTargets(find('marks'), store, world, eye);
 for (const each of [main, ...minds.map((mind) => mind.view)]) stage.add(each);
 
@@ -148,6 +158,35 @@ for (const { name, label } of VIEWS) {
   find('views').append(make('button', { type: 'button', role: 'radio', data: { view: name }, text: label, onclick: () => (name === view && name !== 'leo' ? settle() : look(name)) }));
 }
 look('seat');
+
+// The colours' names.
+
+const COLOUR_NAMES = 'leo-colour-names';
+const naming = find('labels');
+const areNamed = () => naming.getAttribute('aria-pressed') === 'true';
+naming.addEventListener('click', () => {
+  naming.setAttribute('aria-pressed', String(!areNamed()));
+  remember(COLOUR_NAMES, areNamed() ? 'on' : 'off');
+  stage.request();
+});
+if (remembered(COLOUR_NAMES) === 'off') naming.setAttribute('aria-pressed', 'false');
+
+/** The labels of the main view: of what is in sight, because nobody is told what a screen hides from them. */
+function thingLabels() {
+  const colours = store.get('workspace')?.colours ?? [];
+  const all = store.under('thing/').flatMap(([key, thing]) => {
+    const pose = world.pose(key);
+    return pose === null ? [] : [{ key, thing, pose }];
+  });
+  const screens = view === 'seat' ? all.filter(({ thing }) => thing.kind === 'occluder') : [];
+  const from = eye.position.toArray();
+  return all.flatMap(({ key, thing, pose }) => {
+    const text = thing.kind === 'object' ? colourName(thing.rgb, colours) : null;
+    const p = [pose.p[0], pose.p[1], pose.p[2] + (thing.half?.[2] ?? 0)];
+    const isSeen = screens.every((screen) => !isHidden(from, p, { ...screen.pose, half: screen.thing.half }));
+    return text === null || !isSeen ? [] : [{ key, text, p }];
+  });
+}
 
 // The hand, the pointer and the keyboard.
 
@@ -215,7 +254,6 @@ function sit(seat) {
     stage.request(main);
     return;
   }
-  find('hint').hidden = true;
   teacherSeat.move(seat);
 }
 
@@ -259,6 +297,18 @@ function nameOf(agent) {
 }
 store.on('workspace', removable);
 
+let laid = '';
+store.on('workspace', () => {
+  const { lesson, table } = store.get('workspace') ?? {};
+  const now = `${lesson} ${table}`;
+  // Things of another table may have the same keys and names.
+  if (laid !== '' && laid !== now) {
+    select(null);
+    hover(null);
+  }
+  laid = now;
+});
+
 /** Shows the "remove" button if the selected thing can be removed: only while the table is set up. */
 function removable() {
   const thing = world.selected === null ? undefined : store.get(world.selected);
@@ -296,11 +346,6 @@ find('marks').addEventListener('focusin', (event) => {
   if (/** @type {HTMLElement} */ (event.target).matches(':focus-visible')) hover(key);
 });
 find('marks').addEventListener('focusout', () => hover(null));
-for (const id of ['palette', 'hint']) find(id).addEventListener('pointerdown', (event) => event.stopPropagation());
-for (const tools of document.querySelectorAll('.tools')) {
-  for (const kind of ['pointerdown', 'wheel']) tools.addEventListener(kind, (event) => event.stopPropagation());
-}
-find('hint-close').addEventListener('click', () => (find('hint').hidden = true));
 
 // The panels.
 
@@ -309,13 +354,13 @@ new Dialogue(store, (text) => ask('say', { text }), toasts);
 new Tasks(store);
 new Lessons(store, ask, toasts);
 new Health(store);
+new Guide(store);
 new Arming(store, ask);
 new Palette(store, {
   aim: (event) => {
-    const rect = main.element.getBoundingClientRect();
-    const tools = find('palette').getBoundingClientRect();
-    const on = (/** @type {DOMRect} */ r) => event.clientX > r.left && event.clientX < r.right && event.clientY > r.top && event.clientY < r.bottom;
-    return on(rect) && !on(tools) ? pointer.ground(event, 0) : null;
+    const { left, right, top, bottom } = main.element.getBoundingClientRect();
+    const isOver = event.clientX > left && event.clientX < right && event.clientY > top && event.clientY < bottom;
+    return isOver ? pointer.ground(event, 0) : null;
   },
   preview: (item, at) => {
     if (item === null || at === undefined || !('kind' in item)) world.land(null);
@@ -426,6 +471,17 @@ store.on(['thing/', 'history/'], () => {
   const id = beliefOf(key);
   if (id !== timeline.id) follow(id);
 });
+
+// The layout: in one column the dialogue follows the picture, so that the text field is near.
+
+const narrow = matchMedia('(max-width: 999px)');
+function arrange() {
+  const [talk, minds] = [find('talk'), find('minds')];
+  if (narrow.matches) find('stage').insertBefore(talk, minds);
+  else find('learned').before(talk);
+}
+narrow.addEventListener('change', arrange);
+arrange();
 
 // The theme.
 

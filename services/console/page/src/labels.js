@@ -1,0 +1,75 @@
+// The colour of each thing as a word over its picture: red, green and wood look alike to many people.
+import { Vector3 } from 'three';
+import { make, write } from './element.js';
+import { distance } from './pose.js';
+
+/** @typedef {{key: string, text: string, p: readonly number[]}} Label */
+
+const projected = new Vector3();
+
+/**
+ * The name of the colour nearest to a linear colour. Pure.
+ * @param {readonly number[] | null | undefined} rgb
+ * @param {{name: string, rgb: readonly number[]}[]} colours
+ * @returns {string | null}
+ */
+export function colourName(rgb, colours) {
+  if (!rgb) return null;
+  const [nearest] = colours.map(({ name, rgb: its }) => ({ name, far: distance(its, rgb) })).sort((a, b) => a.far - b.far);
+  return nearest?.name ?? null;
+}
+
+/**
+ * Projects a world point into a picture, in pixels; `null` behind the camera.
+ * @param {readonly number[]} p
+ * @param {import('three').Camera} camera
+ * @param {HTMLElement} element
+ * @returns {{x: number, y: number} | null}
+ */
+export function project(p, camera, element) {
+  projected.set(p[0], p[1], p[2]).project(camera);
+  if (projected.z > 1 || projected.z < -1) return null;
+  const { clientWidth, clientHeight } = element;
+  return { x: ((projected.x + 1) / 2) * clientWidth, y: ((1 - projected.y) / 2) * clientHeight };
+}
+
+export class Labels {
+  #element;
+  #camera;
+  #list = make('div', { class: 'labels', 'aria-hidden': 'true' });
+  /** @type {Map<string, HTMLElement>} */
+  #shown = new Map();
+
+  /**
+   * @param {HTMLElement} element the view
+   * @param {import('three').Camera} camera
+   */
+  constructor(element, camera) {
+    this.#element = element;
+    this.#camera = camera;
+    element.append(this.#list);
+  }
+
+  /** Places the labels, after a picture. @param {Label[]} labels */
+  place(labels) {
+    const left = new Set(this.#shown.keys());
+    for (const { key, text, p } of labels) {
+      const spot = project(p, this.#camera, this.#element);
+      if (spot === null) continue;
+      left.delete(key);
+      let label = this.#shown.get(key);
+      if (label === undefined) {
+        label = make('span', { data: { key } });
+        this.#shown.set(key, label);
+        this.#list.append(label);
+      }
+      write(label, text);
+      const place = `translate(${spot.x.toFixed(1)}px, ${spot.y.toFixed(1)}px) translate(-50%, -100%)`;
+      if (label.style.transform !== place) label.style.transform = place;
+    }
+    for (const key of left) {
+      this.#shown.get(key)?.remove();
+      this.#shown.delete(key);
+    }
+  }
+}

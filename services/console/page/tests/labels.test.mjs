@@ -1,0 +1,23 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { colourName } from '../src/labels.js';
+import { isHidden } from '../src/line-of-sight.js';
+import { COLOURS } from './lesson.mjs';
+
+test('a colour has the name of the nearest one of the lesson', () => {
+  assert.equal(colourName([0.7, 0.1, 0.05], COLOURS), 'red');
+  assert.equal(colourName([0.5, 0.35, 0.2], COLOURS), 'wood');
+  assert.equal(colourName(null, COLOURS), null);
+  assert.equal(colourName([1, 0, 0], []), null);
+});
+
+test('a screen hides what is behind it, and nothing beside or before it', () => {
+  const eye = [0, 1.5, 0.5];
+  const screen = { p: [0, 0.5, 0.12], q: [0, 0, 0, 1], half: [0.16, 0.01, 0.125] };
+  assert.ok(isHidden(eye, [0, 0.4, 0.06], screen));
+  assert.ok(!isHidden(eye, [0.4, 0.4, 0.06], screen));
+  assert.ok(!isHidden(eye, [0, 0.6, 0.06], screen));
+  // A quarter turn makes it narrow for this eye.
+  const turned = { ...screen, q: [0, 0, Math.SQRT1_2, Math.SQRT1_2] };
+  assert.ok(isHidden(eye, [0.1, 0.4, 0.06], screen) && !isHidden(eye, [0.1, 0.4, 0.06], turned));
+});
