@@ -85,7 +85,8 @@ export class Beliefs {
 
   /** The names of the believed colours, over what is drawn. @returns {import('./labels.js').Label[]} */
   labels() {
-    return this.#sketches.filter(({ belief }) => belief.colour).map(({ id, belief, mark }) => {
+    const isAlone = (/** @type {any} */ belief) => (belief.states?.inserted ?? 0) <= 0.5;
+    return this.#sketches.filter(({ belief }) => belief.colour && isAlone(belief)).map(({ id, belief, mark }) => {
       const [x, y, z] = belief.p;
       return { key: `${mark} ${id}`, text: belief.colour, p: [x, y, z + belief.half[2]] };
     });

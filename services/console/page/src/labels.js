@@ -6,6 +6,8 @@ import { distance } from './pose.js';
 /** @typedef {{key: string, text: string, p: readonly number[]}} Label */
 
 const projected = new Vector3();
+/** Approximate size of a label in pixels: of a letter, around the text, and the height. */
+const [LETTER, AROUND, HEIGHT] = [6, 8, 14];
 
 /**
  * The name of the colour nearest to a linear colour. Pure.
@@ -33,6 +35,22 @@ export function project(p, camera, element) {
   return { x: ((projected.x + 1) / 2) * clientWidth, y: ((1 - projected.y) / 2) * clientHeight };
 }
 
+/**
+ * The labels without those that would cover one of the same text, as in a row of pegs. Pure.
+ * @template {{text: string, spot: {x: number, y: number}}} T
+ * @param {T[]} labels
+ * @returns {T[]}
+ */
+export function apart(labels) {
+  const kept = /** @type {T[]} */ ([]);
+  for (const label of labels) {
+    const covers = (/** @type {T} */ { text, spot }) => text === label.text
+      && Math.abs(spot.x - label.spot.x) < LETTER * text.length + AROUND && Math.abs(spot.y - label.spot.y) < HEIGHT;
+    if (!kept.some(covers)) kept.push(label);
+  }
+  return kept;
+}
+
 export class Labels {
   #element;
   #camera;
@@ -53,9 +71,10 @@ export class Labels {
   /** Places the labels, after a picture. @param {Label[]} labels */
   place(labels) {
     const left = new Set(this.#shown.keys());
-    for (const { key, text, p } of labels) {
+    for (const { key, text, spot } of apart(labels.flatMap(({ key, text, p }) => {
       const spot = project(p, this.#camera, this.#element);
-      if (spot === null) continue;
+      return spot === null ? [] : [{ key, text, spot }];
+    }))) {
       left.delete(key);
       let label = this.#shown.get(key);
       if (label === undefined) {

@@ -181,7 +181,8 @@ function thingLabels() {
   const screens = view === 'seat' ? all.filter(({ thing }) => thing.kind === 'occluder') : [];
   const from = eye.position.toArray();
   return all.flatMap(({ key, thing, pose }) => {
-    const text = thing.kind === 'object' ? colourName(thing.rgb, colours) : null;
+    // A peg in a hole would cover the name of its block.
+    const text = thing.kind === 'object' && thing.inserted !== true ? colourName(thing.rgb, colours) : null;
     const p = [pose.p[0], pose.p[1], pose.p[2] + (thing.half?.[2] ?? 0)];
     const isSeen = screens.every((screen) => !isHidden(from, p, { ...screen.pose, half: screen.thing.half }));
     return text === null || !isSeen ? [] : [{ key, text, p }];

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { colourName } from '../src/labels.js';
+import { apart, colourName } from '../src/labels.js';
 import { isHidden } from '../src/line-of-sight.js';
 import { COLOURS } from './lesson.mjs';
 
@@ -9,6 +9,12 @@ test('a colour has the name of the nearest one of the lesson', () => {
   assert.equal(colourName([0.5, 0.35, 0.2], COLOURS), 'wood');
   assert.equal(colourName(null, COLOURS), null);
   assert.equal(colourName([1, 0, 0], []), null);
+});
+
+test('of equal labels that would cover each other one is left, and different ones stay', () => {
+  const label = (key, text, x, y) => ({ key, text, spot: { x, y } });
+  const row = [label(1, 'wood', 0, 0), label(2, 'wood', 20, 2), label(3, 'wood', 40, 2), label(4, 'red', 20, 2), label(5, 'wood', 20, 30)];
+  assert.deepEqual(apart(row).map(({ key }) => key), [1, 3, 4, 5]);
 });
 
 test('a screen hides what is behind it, and nothing beside or before it', () => {

@@ -10,7 +10,7 @@ const workspace = (id, title) => ({ lesson: id, title, watch: '', simulated: tru
 /** The lesson panel while `own.toml` plays, and the requests sent. */
 function picker(answer = {}) {
   const buttons = ['play', 'clear', 'undo', 'record', 'keep', 'save', 'save-cancel'];
-  const ids = furnish({
+  const ids = furnish({ menu: 'button',
     lesson: 'select', lay: 'select', watch: 'p', mode: 'p', 'save-dialog': 'dialog', 'save-title': 'input', 'save-form': 'form',
     ...Object.fromEntries(buttons.map((id) => [id, 'button'])),
   });

@@ -112,7 +112,8 @@ impl LessonLibrary {
             lesson.colours.iter().map(|(name, rgb)| json!({ "name": name, "rgb": numbers(*rgb) })).collect();
         let people: Vec<u16> = lesson.teachers.iter().map(|teacher| teacher.number).collect();
         let mode = head.map(|head| match head.mode() {
-            Some(SceneMode::Script | SceneMode::Over) | None => "script",
+            Some(SceneMode::Script) | None => "script",
+            Some(SceneMode::Over) => "over",
             Some(SceneMode::SetUp) => "set-up",
             Some(SceneMode::Teaching) => "teaching",
         });
