@@ -22,16 +22,20 @@ export const STEPS = [
 ];
 
 /**
- * The step at which a visitor begins; `null` if they need none. A path that was begun goes on after a reload. Pure.
- * @param {{examples: number}[]} tasks
+ * The step at which a visitor begins; `null` if they need none. A path that was begun goes on after a reload. What the
+ * script of the robot's first lesson has taught was taught by nobody. Pure.
+ * @param {{examples: number, demonstrations?: {counts: boolean}[]}[]} tasks
  * @param {string | null} kept what the browser remembers of the visitor
+ * @param {string} mode of the table
  * @returns {number | null}
  */
-export function firstStep(tasks, kept) {
+export function firstStep(tasks, kept, mode) {
   if (kept === OVER) return null;
   const begun = Number(kept ?? 0);
   if (begun > 0 && begun < STEPS.length) return begun;
-  return tasks.some(({ examples }) => examples > 0) ? null : 0;
+  const isScript = mode === 'script' || mode === 'over';
+  const ofScript = (/** @type {{counts: boolean}[]} */ demonstrations) => (isScript ? demonstrations.filter(({ counts }) => counts).length : 0);
+  return tasks.some(({ examples, demonstrations }) => examples > ofScript(demonstrations ?? [])) ? null : 0;
 }
 
 /**
@@ -75,13 +79,12 @@ export class Guide {
     });
   }
 
-  /** Decides once whether the visitor needs the steps: when Leo's whole state is here. */
+  /** Decides once whether the visitor needs the steps. */
   #decide() {
-    if (this.#isDecided || this.#store.get('workspace') === undefined) return;
+    // Without a simulator nothing can be moved on the page; while Leo starts it is not there yet.
+    if (this.#isDecided || this.#store.get('workspace')?.simulated !== true) return;
     this.#isDecided = true;
-    // Without a simulator nothing can be moved on the page.
-    if (this.#store.get('workspace').simulated !== true) return;
-    const first = firstStep(this.#tasks(), remembered(KEY));
+    const first = firstStep(this.#tasks(), remembered(KEY), this.#store.get('workspace').mode);
     if (first !== null) this.#show(first, false);
   }
 

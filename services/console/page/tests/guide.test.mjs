@@ -3,12 +3,19 @@ import { test } from 'node:test';
 import { firstStep, isDone } from '../src/guide.js';
 
 test('the first steps are shown while nothing was taught, and go on where they were', () => {
-  assert.equal(firstStep([], null), 0);
-  assert.equal(firstStep([{ examples: 0 }], '0'), 0);
-  assert.equal(firstStep([{ examples: 2 }], null), null);
-  assert.equal(firstStep([{ examples: 2 }], '1'), 1);
-  assert.equal(firstStep([], 'over'), null);
-  assert.equal(firstStep([], 'nonsense'), 0);
+  assert.equal(firstStep([], null, 'script'), 0);
+  assert.equal(firstStep([{ examples: 0 }], '0', 'teaching'), 0);
+  assert.equal(firstStep([{ examples: 2 }], null, 'script'), null);
+  assert.equal(firstStep([{ examples: 2 }], '1', 'script'), 1);
+  assert.equal(firstStep([], 'over', 'script'), null);
+  assert.equal(firstStep([], 'nonsense', 'script'), 0);
+});
+
+test('what the script of the first lesson has taught was taught by nobody', () => {
+  const shown = [{ counts: true }, { counts: true }, { counts: false }];
+  assert.equal(firstStep([{ examples: 2, demonstrations: shown }], null, 'over'), 0);
+  assert.equal(firstStep([{ examples: 2, demonstrations: shown }], null, 'teaching'), null);
+  assert.equal(firstStep([{ examples: 3, demonstrations: shown }], null, 'script'), null);
 });
 
 test('a step ends by what the visitor does, and not by the script of the lesson', () => {

@@ -97,7 +97,7 @@ await visit({}, async (first) => {
     await page.click('#guide-skip');
     await page.evaluate(() => window.leo.connection.ask('lay', { table: 0 }));
     await until('the table is set', () => document.querySelector('#palette').checkVisibility()
-      && Object.values(window.leo.under('thing/')).some((thing) => thing.role === 'peg'));
+      && Object.values(window.leo.under('thing/')).some((thing) => thing.role === 'peg' && thing.inserted === false));
     if (await page.isVisible('#menu')) {
       await page.click('#menu');
       await until('the menu is open', () => document.querySelector('#clear').checkVisibility());

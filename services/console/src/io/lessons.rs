@@ -159,6 +159,16 @@ mod tests {
     }
 
     #[test]
+    fn a_lesson_that_has_ended_is_over() {
+        let mut library = library(None, &Lesson::builtin());
+        let mut mode = |mode: SceneMode| {
+            let head = SceneHead { mode: mode.raw(), ..SceneHead::default() };
+            library.workspace(Some(&head), None)["mode"].clone()
+        };
+        assert_eq!((mode(SceneMode::Script), mode(SceneMode::Over)), (json!("script"), json!("over")));
+    }
+
+    #[test]
     fn all_people_of_a_lesson_are_listed_whether_present_or_not() {
         let lesson = |name: &str| Lesson::named(name, Path::new("")).unwrap();
         let mut library = library(None, &lesson("task1"));
