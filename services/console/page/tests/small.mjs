@@ -95,6 +95,8 @@ await visit({}, async (first) => {
     await until('the first steps are there', () => !document.querySelector('#guide').hidden);
     await measure('at first');
     await page.click('#guide-skip');
+    await page.evaluate(() => window.leo.connection.ask('clear'));
+    await until('the table is empty', () => Object.values(window.leo.under('thing/')).every((thing) => thing.kind === 'person'));
     await page.evaluate(() => window.leo.connection.ask('lay', { table: 0 }));
     await until('the table is set', () => document.querySelector('#palette').checkVisibility()
       && Object.values(window.leo.under('thing/')).some((thing) => thing.role === 'peg' && thing.inserted === false));
