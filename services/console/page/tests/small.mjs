@@ -1,5 +1,6 @@
 // Measures Leo's page on phones, on a tablet and on a laptop zoomed to 200 %: no control covers another one or the
-// picture, none is off the page, each can be pressed, and each is large enough for a finger where there are fingers:
+// picture, none is off the page, each can be pressed, and each is large enough for a finger where there are fingers.
+// The colours of things have names there:
 //
 //   node tests/small.mjs BASE_URL     the page of a running robot
 //   node tests/small.mjs              a fake of Leo
@@ -76,6 +77,26 @@ async function touch(page, until) {
   await send('touchEnd', []);
   await until(`${peg} was moved by a finger`, ([thing, p]) => window.leo.held() === null && Math.abs(window.leo.thing(thing).p[1] - p[1]) > 0.02, [peg, before]);
   await client.detach();
+  // The caption belongs to this peg, and not to one of the same name on another table.
+  await until(`${peg} has a caption`, (thing) => document.querySelector('.caption').checkVisibility() && document.querySelector('.caption').textContent.startsWith(thing), peg);
+  await page.evaluate(() => window.leo.connection.ask('lay', { table: 1 }));
+  await until('the next table lies there', () => window.leo.store.get('workspace').table === 1 && window.leo.thing('peg 1') !== undefined);
+  await until('nothing there has a caption', () => !document.querySelector('.caption').checkVisibility());
+}
+
+/** The colours have names in the pictures, but the teacher is not told of the block behind the screen; a button hides them. */
+async function names(page, until) {
+  const are = (view, expected) => until(`the colours of ${view} are ${expected}`, ([selector, words]) => {
+    const shown = [...document.querySelectorAll(`${selector} .labels span`)].map((label) => label.textContent);
+    return [...new Set(shown)].sort().join() === words;
+  }, [view, expected]);
+  await are('#main-view', 'green,red,wood,yellow');
+  await are('#mind-0', 'blue,green,red,wood,yellow');
+  await page.click('#labels');
+  await are('#main-view', '');
+  await are('#mind-0', '');
+  await page.click('#labels');
+  await are('#mind-0', 'blue,green,red,wood,yellow');
 }
 
 const own = process.argv[2] === undefined ? await serve(0) : null;
@@ -105,6 +126,7 @@ await visit({}, async (first) => {
       await until('the menu is open', () => document.querySelector('#clear').checkVisibility());
     }
     await measure('with a table to set');
+    await names(page, until);
     if (how.hasTouch) await touch(page, until);
     if (process.env.PICTURE) await page.screenshot({ path: `${process.env.PICTURE}-${how.viewport.width}.png`, fullPage: true });
     await context.close();
