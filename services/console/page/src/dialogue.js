@@ -1,8 +1,7 @@
 // The dialogue: the log of utterances and events, and the buttons and field for speaking.
 import { find, make } from './element.js';
 import { listening } from './speech.js';
-import { likelihood } from './tasks.js';
-import { capital, plain, ruleWords, thoughtWords, toYou } from './words.js';
+import { capital, likelihood, plain, ruleWords, thoughtWords, toYou } from './words.js';
 
 /** The usual sentences; `…` stands for the task's name. */
 const SENTENCES = [

@@ -2,6 +2,7 @@
 import { AccessToken } from './access-token.js';
 import { Arming } from './arming.js';
 import { Beliefs, idOf } from './beliefs.js';
+import { ColourNames } from './colour-names.js';
 import { Store } from './store.js';
 import { TeacherSeat } from './teacher-seat.js';
 import { Connection, isLockedOut, liveAddress } from './connection.js';
@@ -13,13 +14,12 @@ import { Guide } from './guide.js';
 import { Hand } from './hand.js';
 import { Health } from './health.js';
 import { Keys } from './keys.js';
-import { Labels, colourName } from './labels.js';
+import { Labels } from './labels.js';
 import { landing } from './landing.js';
+import { arrange } from './layout.js';
 import { VIEWS, freeSeat, freely, fromAbove, overTable, throughEyes, throughLeo } from './lens.js';
 import { Lessons } from './lessons.js';
-import { isHidden } from './line-of-sight.js';
 import { HitTargets } from './hit-targets.js';
-import { remember, remembered } from './memory.js';
 import { repaint } from './paint.js';
 import { Palette } from './palette.js';
 import { People, signed } from './people.js';
@@ -94,6 +94,7 @@ const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { sof
   find('blind').hidden = false;
 });
 const shadows = !software;
+const colourNames = new ColourNames(store, () => stage.request());
 const world = new World(store, { shadows }, () => stage.request(main));
 const teacherSeat = new TeacherSeat({ ask }, store, () => {
   if (view === 'seat') stage.request(main);
@@ -105,7 +106,7 @@ const minds = [0, 1].map((perspective) => {
   const eye = camera();
   const labels = new Labels(element, eye);
   const aim = (/** @type {number} */ aspect) => overTable(eye, region, aspect);
-  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim, drawn: () => labels.place(areNamed() ? beliefs.labels() : []) } };
+  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim, drawn: () => labels.place(colourNames.areShown ? beliefs.labels() : []) } };
 });
 
 /** The region of the table shown in the belief views. */
@@ -130,7 +131,7 @@ const main = {
   },
   drawn: () => {
     hitTargets.place();
-    labels.place(areNamed() ? thingLabels() : []);
+    labels.place(colourNames.areShown ? colourNames.things(world, view, eye.position.toArray()) : []);
   },
 };
 const labels = new Labels(main.element, eye);
@@ -158,36 +159,6 @@ for (const { name, label } of VIEWS) {
   find('views').append(make('button', { type: 'button', role: 'radio', data: { view: name }, text: label, onclick: () => (name === view && name !== 'leo' ? settle() : look(name)) }));
 }
 look('seat');
-
-// The colours' names.
-
-const COLOUR_NAMES = 'leo-colour-names';
-const naming = find('labels');
-const areNamed = () => naming.getAttribute('aria-pressed') === 'true';
-naming.addEventListener('click', () => {
-  naming.setAttribute('aria-pressed', String(!areNamed()));
-  remember(COLOUR_NAMES, areNamed() ? 'on' : 'off');
-  stage.request();
-});
-if (remembered(COLOUR_NAMES) === 'off') naming.setAttribute('aria-pressed', 'false');
-
-/** The labels of the main view: of what is in sight, because nobody is told what a screen hides from them. */
-function thingLabels() {
-  const colours = store.get('workspace')?.colours ?? [];
-  const all = store.under('thing/').flatMap(([key, thing]) => {
-    const pose = world.pose(key);
-    return pose === null ? [] : [{ key, thing, pose }];
-  });
-  const screens = view === 'seat' ? all.filter(({ thing }) => thing.kind === 'occluder') : [];
-  const from = eye.position.toArray();
-  return all.flatMap(({ key, thing, pose }) => {
-    // A peg in a hole would cover the name of its block.
-    const text = thing.kind === 'object' && thing.inserted !== true ? colourName(thing.rgb, colours) : null;
-    const p = [pose.p[0], pose.p[1], pose.p[2] + (thing.half?.[2] ?? 0)];
-    const isSeen = screens.every((screen) => !isHidden(from, p, { ...screen.pose, half: screen.thing.half }));
-    return text === null || !isSeen ? [] : [{ key, text, p }];
-  });
-}
 
 // The hand, the pointer and the keyboard.
 
@@ -356,6 +327,7 @@ new Tasks(store);
 new Lessons(store, ask, toasts);
 new Health(store);
 new Guide(store);
+arrange(matchMedia('(max-width: 999px)'));
 new Arming(store, ask);
 new Palette(store, {
   aim: (event) => {
@@ -472,17 +444,6 @@ store.on(['thing/', 'history/'], () => {
   const id = beliefOf(key);
   if (id !== timeline.id) follow(id);
 });
-
-// The layout: in one column the dialogue follows the picture, so that the text field is near.
-
-const narrow = matchMedia('(max-width: 999px)');
-function arrange() {
-  const [talk, minds] = [find('talk'), find('minds')];
-  if (narrow.matches) find('stage').insertBefore(talk, minds);
-  else find('learned').before(talk);
-}
-narrow.addEventListener('change', arrange);
-arrange();
 
 // The theme.
 

@@ -1,13 +1,11 @@
 // The task panel: the hypotheses of all perspectives side by side, the chosen rule, and the performances.
 import { find, make } from './element.js';
-import { asSeenBy, plain } from './words.js';
+import { asSeenBy, likelihood, plain } from './words.js';
 
 const SHOWN = 4;
 const SAME = 1e-6;
 /** True of a demonstration that goes on, and of one that was cancelled. */
 const NO_EXAMPLE = 'No demonstration is complete yet. At the end of one, say that it is done: then Leo weighs what you could have meant.';
-/** Words for probabilities from a bound on, the highest first. */
-const LIKELIHOODS = /** @type {const} */ ([[0.95, 'almost certain'], [0.6, 'likely'], [0.25, 'possible'], [0.02, 'unlikely'], [0, 'very unlikely']]);
 
 /**
  * The hypotheses of one perspective, the best ones first, and whether the best are tied. Pure.
@@ -39,11 +37,6 @@ export function percent(posterior) {
   if (posterior >= 0.9995) return '100 %';
   if (posterior > 0 && posterior < 0.0005) return '< 0.1 %';
   return `${(100 * posterior).toFixed(posterior >= 0.1 ? 0 : 1)} %`;
-}
-
-/** A probability in words. @param {number} posterior */
-export function likelihood(posterior) {
-  return LIKELIHOODS.find(([bound]) => posterior >= bound)?.[1] ?? 'very unlikely';
 }
 
 export class Tasks {

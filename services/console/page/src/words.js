@@ -76,6 +76,14 @@ export function asSeenBy(path, names) {
   return `as ${whom(last, names)} could see it`;
 }
 
+/** Words for probabilities from a bound on, the highest first. */
+const LIKELIHOODS = /** @type {const} */ ([[0.95, 'almost certain'], [0.6, 'likely'], [0.25, 'possible'], [0.02, 'unlikely'], [0, 'very unlikely']]);
+
+/** A probability in words. @param {number} posterior */
+export function likelihood(posterior) {
+  return LIKELIHOODS.find(([bound]) => posterior >= bound)?.[1] ?? 'very unlikely';
+}
+
 /**
  * The view that an event of the learner names, for the page's user: "as you could see it". Pure.
  * @param {string} view "Leo's own view" or "the teacher's view"

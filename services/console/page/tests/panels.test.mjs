@@ -4,9 +4,9 @@ import { sketch } from '../src/beliefs.js';
 import { spoken } from '../src/dialogue.js';
 import { tableName } from '../src/lessons.js';
 import { css } from '../src/palette.js';
-import { likelihood, pathOf, percent, ranking } from '../src/tasks.js';
+import { pathOf, percent, ranking } from '../src/tasks.js';
 import { segmentWords, segments, stateWords } from '../src/timeline.js';
-import { agrees, asSeenBy, believes, describe, plain, ruleWords, thoughtWords, toYou } from '../src/words.js';
+import { agrees, asSeenBy, believes, describe, likelihood, plain, ruleWords, thoughtWords, toYou } from '../src/words.js';
 
 const NAMES = { 0: 'Leo', 1: 'the teacher', 2: 'the other' };
 const belief = (p, twin, more = {}) => ({ p, q: [0, 0, 0, 1], half: [0.03, 0.03, 0.03], rgb: [1, 0, 0], states: {}, unseen_s: 0, twin, ...more });
