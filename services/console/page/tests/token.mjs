@@ -92,8 +92,8 @@ try {
     await page.setViewportSize({ width, height });
     await page.evaluate(() => window.scrollTo(0, 0));
     must(await page.evaluate(() => {
-      const { left, bottom } = document.querySelector('#stop-button').getBoundingClientRect();
-      const apart = ({ right, top }) => right <= left || top >= bottom;
+      const stop = document.querySelector('#stop-button').getBoundingClientRect();
+      const apart = ({ left, right, top, bottom }) => right <= stop.left || left >= stop.right || bottom <= stop.top || top >= stop.bottom;
       return [...document.querySelectorAll('#head button, #head select')].every((part) => apart(part.getBoundingClientRect()));
     }), `that the stop button covers no other one, at ${width} x ${height}`);
     await page.evaluate(() => window.scrollTo(0, document.documentElement.scrollHeight));
