@@ -36,7 +36,7 @@ export class Health {
     this.#details.classList.toggle('bad', bad);
     if (!this.#details.open) return;
     find('health-body').replaceChildren(
-      table(['process', 'state', 'Hz', 'p50', 'p99', 'overruns', 'frames not read'], processes.map((process) => [
+      table(['process', 'state', 'Hz', 'p50', 'p99', 'overruns', 'unread'], processes.map((process) => [
         process.process, state(process), number(process.rate_hz), number(process.execution_us?.p50),
         number(process.execution_us?.p99), number(process.overruns), dropWords(process)])),
       make('p', { class: 'quiet', text: 'p50 and p99: how long a cycle took, µs' }),

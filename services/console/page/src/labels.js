@@ -8,6 +8,7 @@ import { distance } from './pose.js';
 const projected = new Vector3();
 /** Approximate size of a label in pixels: of a letter, around the text, and the height. */
 const [LETTER, AROUND, HEIGHT] = [6, 8, 14];
+const MAX_ROWS = 3;
 
 /**
  * The name of the colour nearest to a linear colour. Pure.
@@ -36,7 +37,7 @@ export function project(p, camera, element) {
 }
 
 /**
- * The labels without those that would cover one of the same text, as in a row of pegs. Pure.
+ * The labels without those that would cover one of the same text, as in a row of pegs. Others are moved up. Pure.
  * @template {{text: string, spot: {x: number, y: number}}} T
  * @param {T[]} labels
  * @returns {T[]}
@@ -44,9 +45,13 @@ export function project(p, camera, element) {
 export function apart(labels) {
   const kept = /** @type {T[]} */ ([]);
   for (const label of labels) {
-    const covers = (/** @type {T} */ { text, spot }) => text === label.text
-      && Math.abs(spot.x - label.spot.x) < LETTER * text.length + AROUND && Math.abs(spot.y - label.spot.y) < HEIGHT;
-    if (!kept.some(covers)) kept.push(label);
+    const { x } = label.spot;
+    let { y } = label.spot;
+    const covers = (/** @type {T} */ { text, spot }) => Math.abs(spot.x - x) < (LETTER * (text.length + label.text.length)) / 2 + AROUND
+      && Math.abs(spot.y - y) < HEIGHT;
+    if (kept.some((other) => other.text === label.text && covers(other))) continue;
+    for (let row = 0; row < MAX_ROWS && kept.some(covers); row += 1) y -= HEIGHT;
+    kept.push({ ...label, spot: { x, y } });
   }
   return kept;
 }
