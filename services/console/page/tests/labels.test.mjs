@@ -15,8 +15,8 @@ test('of equal labels that would cover each other one is left, and different one
   const label = (key, text, x, y) => ({ key, text, spot: { x, y } });
   const row = [label(1, 'wood', 0, 0), label(2, 'wood', 20, 2), label(3, 'wood', 40, 2), label(4, 'red', 20, 2), label(5, 'wood', 20, 30)];
   assert.deepEqual(apart(row).map(({ key }) => key), [1, 3, 4, 5]);
-  // The red one is above the row.
-  assert.equal(apart(row)[2].spot.y, -12);
+  // The red one is above the row, by two heights, because one still touches the first.
+  assert.equal(apart(row)[2].spot.y, -26);
 });
 
 test('a screen hides what is behind it, and nothing beside or before it', () => {
