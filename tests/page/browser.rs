@@ -13,6 +13,8 @@ use serde_json::Value;
 use crate::arming::disarmed;
 use crate::robot::{Robot, leo};
 
+/// Packages of the tests. A folder prepared by an older version may lack one.
+const TOOLS: [&str; 2] = ["playwright-core", "axe-core"];
 /// Serialises the preparation.
 static PREPARING: Mutex<()> = Mutex::new(());
 /// Serialises the browsers, because each renders in software on all cores.
@@ -31,7 +33,7 @@ fn prepared() -> Option<PathBuf> {
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("services/console/page");
     let to = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
     copied(&from, &to);
-    let is_there = to.join("node_modules/playwright-core").exists();
+    let is_there = TOOLS.iter().all(|tool| to.join("node_modules").join(tool).exists());
     if is_there || succeeds(Command::new("npm").args(["ci", "--no-audit", "--no-fund"]).current_dir(&to)) {
         return Some(to);
     }
@@ -142,7 +144,7 @@ fn screenshots_show_every_panel_and_perspective_on_two_screens_and_themes() {
         pictures.insert(name, fs::read(path).expect("reads"));
     }
     let on_laptops = ["view-leo", "view-above", "view-free"];
-    let on_both = ["page", "perspective-2", "open", "set-up", "save"];
+    let on_both = ["page", "perspective-2", "open", "set-up", "save", "help"];
     let mut names: Vec<String> = Vec::new();
     for scheme in ["", "-dark"] {
         names.extend(on_laptops.iter().chain(&on_both).map(|name| format!("{name}{scheme}")));
@@ -163,6 +165,34 @@ fn screenshots_show_every_panel_and_perspective_on_two_screens_and_themes() {
     // Every picture is different.
     let different: BTreeSet<&Vec<u8>> = pictures.values().collect();
     assert_eq!(different.len(), names.len());
+}
+
+#[test]
+fn on_small_screens_no_control_is_covered_or_off_the_page() {
+    let _alone = alone(&BROWSER);
+    // Uses a fake robot, whose table has the same things each time.
+    played("tests/small.mjs", &[]);
+}
+
+#[test]
+fn the_page_passes_axe_core_for_wcag_2_2_aa() {
+    let _alone = alone(&BROWSER);
+    // Uses a fake robot with one locked joint.
+    played("tests/axe.mjs", &[]);
+}
+
+#[test]
+fn the_log_follows_its_end_when_its_box_shrinks() {
+    let _alone = alone(&BROWSER);
+    let robot = Robot::start("log");
+    played("tests/log.mjs", &[&address(&robot)]);
+}
+
+#[test]
+fn a_newcomer_with_a_phone_follows_the_first_steps() {
+    let _alone = alone(&BROWSER);
+    let robot = Robot::start("guide");
+    played("tests/guide.mjs", &[&address(&robot)]);
 }
 
 #[test]

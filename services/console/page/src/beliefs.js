@@ -64,6 +64,8 @@ export class Beliefs {
   /** @type {LineSegments2 | null} */
   #arrows = null;
   #store;
+  /** What is drawn. @type {Sketch[]} */
+  #sketches = [];
   perspective = 0;
   /** The selected belief of the robot. @type {number | null} */
   selected = null;
@@ -79,6 +81,15 @@ export class Beliefs {
 
   repaint() {
     this.scene.repaint();
+  }
+
+  /** The names of the believed colours, over what is drawn. @returns {import('./labels.js').Label[]} */
+  labels() {
+    const isAlone = (/** @type {any} */ belief) => (belief.states?.inserted ?? 0) <= 0.5;
+    return this.#sketches.filter(({ belief }) => belief.colour && isAlone(belief)).map(({ id, belief, mark }) => {
+      const [x, y, z] = belief.p;
+      return { key: `${mark} ${id}`, text: belief.colour, p: [x, y, z + belief.half[2]] };
+    });
   }
 
   /** Redraws from the store. */
@@ -97,6 +108,7 @@ export class Beliefs {
       if (each.from !== null) ways.push(...lift(each.belief.p), ...lift(each.from));
     }
     for (const key of left) this.#drop(key);
+    this.#sketches = sketches;
     this.#way(ways);
     this.#screen();
   }

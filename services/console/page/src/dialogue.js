@@ -1,7 +1,7 @@
 // The dialogue: the log of utterances and events, and the buttons and field for speaking.
 import { find, make } from './element.js';
 import { listening } from './speech.js';
-import { capital, toYou } from './words.js';
+import { capital, likelihood, plain, ruleWords, thoughtWords, toYou } from './words.js';
 
 /** The usual sentences; `…` stands for the task's name. */
 const SENTENCES = [
@@ -23,6 +23,17 @@ const LABELS = /** @type {Record<string, string>} */ ({
 
 /** Delay after a full state until the live region is read aloud again. */
 const HUSHED_MS = 300;
+/** The log's end counts as in view within this distance. */
+const END_PX = 40;
+
+/**
+ * The task that a sentence begins or asks for. Pure.
+ * @param {string} text
+ * @returns {string | null}
+ */
+export function taskOf(text) {
+  return /(?:teach you to do|^leo,? do) (.+?)[.!]?$/i.exec(text.trim())?.[1] ?? null;
+}
 
 /**
  * A line's text without the quotes around an utterance.
@@ -43,6 +54,10 @@ export class Dialogue {
   #lines = new Map();
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #hushed;
+  /** Whether the newest line is in view; it then stays so when lines come and when the box changes its size. */
+  #isAtEnd = true;
+  /** Whether the teacher has named the task on this page. */
+  #isNamed = false;
 
   /**
    * @param {import('./store.js').Store} store
@@ -53,6 +68,8 @@ export class Dialogue {
     this.#store = store;
     this.#say = say;
     store.on('line/', (changes) => this.#update(changes));
+    this.#box.addEventListener('scroll', () => this.#look());
+    new ResizeObserver(() => this.#follow()).observe(this.#box);
     find('say-form').addEventListener('submit', (event) => {
       event.preventDefault();
       this.#speak(this.#field.value);
@@ -63,7 +80,10 @@ export class Dialogue {
       button.addEventListener('click', () => this.#speak(this.#filled(text)));
       buttons.append(button);
     }
-    this.#task.addEventListener('input', () => this.#label());
+    this.#task.addEventListener('input', () => {
+      this.#isNamed = true;
+      this.#label();
+    });
     this.#label();
     const microphone = /** @type {HTMLButtonElement} */ (find('listen'));
     listening(microphone, (text) => {
@@ -93,18 +113,40 @@ export class Dialogue {
     const answer = await this.#say(text.trim());
     if (answer.error !== undefined) return;
     if (this.#field.value.trim() === text.trim()) this.#field.value = '';
-    const task = /teach you to do (.+?)[.!]?$/i.exec(text)?.[1];
-    if (task !== undefined) {
-      this.#task.value = task;
-      this.#label();
-    }
+    const task = taskOf(text);
+    if (task === null) return;
+    this.#isNamed = true;
+    this.#name(task);
+  }
+
+  /** @param {string} task */
+  #name(task) {
+    if (this.#task.value === task) return;
+    this.#task.value = task;
+    this.#label();
+  }
+
+  /** Takes the task from the newest sentence that begins or asks for one: a page may be opened in the middle of it. */
+  #recall() {
+    if (this.#isNamed || document.activeElement === this.#task) return;
+    const spokenOf = this.#store.under('line/').map(([, line]) => (line.kind === 'said' ? taskOf(spoken(line)) : null)).filter((task) => task !== null);
+    const last = spokenOf.at(-1);
+    if (last !== undefined) this.#name(last);
+  }
+
+  /** Notes where the reader is. A box that has changed its size follows first. */
+  #look() {
+    const { scrollHeight, scrollTop, clientHeight } = this.#box;
+    this.#isAtEnd = scrollHeight - scrollTop - clientHeight < END_PX;
+  }
+
+  #follow() {
+    if (this.#isAtEnd) this.#box.scrollTop = this.#box.scrollHeight;
   }
 
   /** @param {import('./store.js').Changes} changes */
   #update(changes) {
-    const box = this.#box;
     if (this.#store.fresh) this.#hush();
-    const atEnd = box.scrollHeight - box.scrollTop - box.clientHeight < 40;
     for (const [key, line] of changes) {
       const there = this.#lines.get(key);
       const said = line === undefined ? '' : JSON.stringify([line, this.#names()]);
@@ -117,7 +159,8 @@ export class Dialogue {
       this.#lines.set(key, item);
       this.#place(item);
     }
-    if (atEnd) box.scrollTop = box.scrollHeight;
+    this.#recall();
+    this.#follow();
   }
 
   /** Mutes the live region: lines from before the page was connected are not read aloud. */
@@ -150,8 +193,22 @@ export class Dialogue {
     const apart = line.kind === 'knows' && !/ agree | no longer /.test(line.text) ? 'apart' : '';
     const item = make('li', { class: `line ${side} ${line.kind} ${apart}`, data: { serial: key.slice(5), kind: line.kind } });
     if (said) item.append(make('span', { class: 'who', text: who }), make('p', { text: spoken(line) }));
-    else item.append(make('span', { class: 'what', text: LABELS[line.kind] ?? line.kind }), make('p', { text: line.kind === 'knows' ? toYou(line.text, names[1] ?? '') : line.text }));
+    else item.append(make('span', { class: 'what', text: LABELS[line.kind] ?? line.kind }), told(line, names));
     item.title = `${Number(line.t).toFixed(2)} s`;
     return item;
   }
+}
+
+/**
+ * An event in words; the figures of a hypothesis are shown on demand.
+ * @param {{kind: string, text: string}} line
+ * @param {Record<string, string>} names
+ */
+function told({ kind, text }, names) {
+  if (kind === 'knows') return make('p', { text: plain(toYou(text, names[1] ?? '')) });
+  if (kind === 'rule') return make('p', { text: ruleWords(text, names) });
+  const thought = kind === 'thinks' ? thoughtWords(text, names) : null;
+  if (thought === null) return make('p', { text: plain(text) });
+  const { words, posterior, figures } = thought;
+  return make('details', {}, make('summary', { text: `${words}: ${likelihood(posterior)}` }), make('p', { text: figures }));
 }

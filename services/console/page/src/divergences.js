@@ -1,6 +1,6 @@
 // The list of differences between a perspective and Leo's own beliefs, in words.
 import { make } from './element.js';
-import { toYou } from './words.js';
+import { plain, toYou } from './words.js';
 
 /**
  * Updates a list. Unchanged items keep their elements, and with them the focus; they are not read aloud again.
@@ -16,7 +16,7 @@ export function listDivergences(list, store, perspective, select) {
   for (const [at, [key, divide]] of divergences.entries()) {
     const item = there.get(key) ?? make('li', { data: { divide: key } }, make('button', { type: 'button', onclick: () => select(store.get(key)?.robot ?? null) }));
     there.delete(key);
-    const words = toYou(divide.words, names[1] ?? 'the teacher');
+    const words = plain(toYou(divide.words, names[1] ?? 'the teacher'));
     const aspects = (divide.aspects ?? []).map(aspectWords).join('; ');
     const said = JSON.stringify([divide.kind, words, aspects]);
     if (item.dataset.said !== said) {

@@ -1,6 +1,21 @@
 // The health panel: Leo's processes, buses and joints in trouble.
 import { find, make, write } from './element.js';
 
+/** Processes that should read every frame. In the queues of the others newer frames replace older ones by design. */
+const READS_ALL = ['belief', 'motor'];
+const DROPS = 'Skipped: a newer frame replaced it in the queue of a process that needs the newest one. That is no fault. '
+  + 'Lost: belief or motor, which should read every frame, was too slow.';
+
+/**
+ * The frames that a process did not read, in words. Pure.
+ * @param {{process: string, drops?: number}} process
+ */
+export function dropWords({ process, drops }) {
+  if (typeof drops !== 'number') return '–';
+  if (drops === 0) return '0';
+  return `${number(drops)} ${READS_ALL.includes(process) ? 'lost' : 'skipped'}`;
+}
+
 export class Health {
   #store;
   #details = /** @type {HTMLDetailsElement} */ (find('health'));
@@ -21,10 +36,11 @@ export class Health {
     this.#details.classList.toggle('bad', bad);
     if (!this.#details.open) return;
     find('health-body').replaceChildren(
-      table(['process', 'state', 'Hz', 'p50', 'p99', 'overruns', 'drops'], processes.map((process) => [
+      table(['process', 'state', 'Hz', 'p50', 'p99', 'overruns', 'unread'], processes.map((process) => [
         process.process, state(process), number(process.rate_hz), number(process.execution_us?.p50),
-        number(process.execution_us?.p99), number(process.overruns), number(process.drops)])),
+        number(process.execution_us?.p99), number(process.overruns), dropWords(process)])),
       make('p', { class: 'quiet', text: 'p50 and p99: how long a cycle took, µs' }),
+      make('p', { class: 'quiet', text: DROPS }),
       table(['bus', 'exchanges', 'errors', 'quarantined'], buses.map(busRow)),
       make('ul', {}, ...trouble.map((/** @type {any} */ each) => make('li', { text: troubleWords(each) }))),
     );

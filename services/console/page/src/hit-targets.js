@@ -1,9 +1,7 @@
 // A button over each thing of the main view, for the keyboard and for screen readers.
-import { Vector3 } from 'three';
 import { make, write } from './element.js';
+import { project } from './labels.js';
 import { describe } from './words.js';
-
-const at = new Vector3();
 
 export class HitTargets {
   #list;
@@ -44,10 +42,7 @@ export class HitTargets {
    * @returns {{x: number, y: number} | null}
    */
   project(p) {
-    at.set(p[0], p[1], p[2]).project(this.#camera);
-    if (at.z > 1 || at.z < -1) return null;
-    const { clientWidth, clientHeight } = this.#list;
-    return { x: ((at.x + 1) / 2) * clientWidth, y: ((1 - at.y) / 2) * clientHeight };
+    return project(p, this.#camera, this.#list);
   }
 
   /** Moves the buttons over their things, after a picture. */

@@ -49,7 +49,7 @@ export class Keys {
     const target = /** @type {HTMLElement} */ (event.target);
     if (target instanceof HTMLInputElement || target instanceof HTMLSelectElement) return;
     const key = target.closest('.mark') instanceof HTMLElement ? target.dataset.key ?? null : null;
-    const done = this.#carry(event) || (key !== null && this.#thing(event, key)) || this.#seat(event, target);
+    const done = this.#carry(event) || (key !== null && this.#thing(event, key)) || this.#seat(event);
     if (!done) return;
     event.preventDefault();
     event.stopPropagation();
@@ -110,10 +110,9 @@ export class Keys {
     return true;
   }
 
-  /** Keys for the seat. @param {KeyboardEvent} event @param {HTMLElement} target */
-  #seat(event, target) {
+  /** Keys for the seat. @param {KeyboardEvent} event */
+  #seat(event) {
     const { seat, sit, view, zoom } = this.#desk;
-    if (target.closest('.tools') !== null) return false;
     if (event.key === 'Home') {
       this.#desk.settle();
       return true;

@@ -3,6 +3,7 @@ import { find, make, write } from './element.js';
 
 const MODES = /** @type {Record<string, string>} */ ({
   script: 'The lesson plays',
+  over: 'The lesson has ended',
   'set-up': 'You set the table',
   teaching: 'You teach',
 });
@@ -88,6 +89,9 @@ export class Lessons {
       const answer = await ask('keep');
       if (answer.ok) toasts.show(`The last minutes are in ${answer.file}`);
     });
+    // On a phone the controls are shown on demand.
+    const menu = find('menu');
+    menu.addEventListener('click', () => menu.setAttribute('aria-expanded', String(menu.getAttribute('aria-expanded') !== 'true')));
     this.#saving();
   }
 
@@ -116,7 +120,11 @@ export class Lessons {
     const about = lessons.find((/** @type {any} */ each) => each.id === workspace.lesson);
     const lacks = workspace.lacks ?? about?.lacks;
     const lacking = lacks ? `This lesson needs ${lacks} in leo.toml.` : '';
-    write(find('watch'), [workspace.watch || about?.watch || '', lacking].filter(Boolean).join(' '));
+    // The lesson's caption is about its own tables, not about one that a person has laid.
+    const caption = workspace.table === null && workspace.simulated ? '' : workspace.watch || about?.watch || '';
+    const words = [caption, lacking].filter(Boolean).join(' ');
+    write(find('watch'), words);
+    find('watch').hidden = words === '';
     const table = workspace.table === null ? '' : `, ${tableName(workspace.table, workspace.tables)}`;
     write(find('mode'), workspace.simulated ? `${MODES[workspace.mode] ?? workspace.mode}${table}` : 'Leo watches the real table');
     document.body.dataset.mode = workspace.mode;

@@ -2,6 +2,7 @@
 import { AccessToken } from './access-token.js';
 import { Arming } from './arming.js';
 import { Beliefs, idOf } from './beliefs.js';
+import { ColourNames } from './colour-names.js';
 import { Store } from './store.js';
 import { TeacherSeat } from './teacher-seat.js';
 import { Connection, isLockedOut, liveAddress } from './connection.js';
@@ -9,10 +10,13 @@ import { Dialogue } from './dialogue.js';
 import { listDivergences } from './divergences.js';
 import { find, make, write } from './element.js';
 import { extent } from './extent.js';
+import { Guide } from './guide.js';
 import { Hand } from './hand.js';
 import { Health } from './health.js';
 import { Keys } from './keys.js';
+import { Labels } from './labels.js';
 import { landing } from './landing.js';
+import { arrange } from './layout.js';
 import { VIEWS, freeSeat, freely, fromAbove, overTable, throughEyes, throughLeo } from './lens.js';
 import { Lessons } from './lessons.js';
 import { HitTargets } from './hit-targets.js';
@@ -90,6 +94,7 @@ const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { sof
   find('blind').hidden = false;
 });
 const shadows = !software;
+const colourNames = new ColourNames(store, () => stage.request());
 const world = new World(store, { shadows }, () => stage.request(main));
 const teacherSeat = new TeacherSeat({ ask }, store, () => {
   if (view === 'seat') stage.request(main);
@@ -99,7 +104,9 @@ const minds = [0, 1].map((perspective) => {
   beliefs.perspective = perspective;
   const element = find(`mind-${perspective}`);
   const eye = camera();
-  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim: (/** @type {number} */ aspect) => overTable(eye, region, aspect) } };
+  const labels = new Labels(element, eye);
+  const aim = (/** @type {number} */ aspect) => overTable(eye, region, aspect);
+  return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim, drawn: () => labels.place(colourNames.areShown ? beliefs.labels() : []) } };
 });
 
 /** The region of the table shown in the belief views. */
@@ -122,8 +129,12 @@ const main = {
     else freely(eye, free, aspect);
     world.present(view);
   },
-  drawn: () => hitTargets.place(),
+  drawn: () => {
+    hitTargets.place();
+    labels.place(colourNames.areShown ? colourNames.things(world, view, eye.position.toArray()) : []);
+  },
 };
+const labels = new Labels(main.element, eye);
 const hitTargets = new HitTargets(find('marks'), store, world, eye);
 for (const each of [main, ...minds.map((mind) => mind.view)]) stage.add(each);
 
@@ -215,7 +226,6 @@ function sit(seat) {
     stage.request(main);
     return;
   }
-  find('hint').hidden = true;
   teacherSeat.move(seat);
 }
 
@@ -259,6 +269,18 @@ function nameOf(agent) {
 }
 store.on('workspace', removable);
 
+let laid = '';
+store.on('workspace', () => {
+  const { lesson, table } = store.get('workspace') ?? {};
+  const now = `${lesson} ${table}`;
+  // Things of another table may have the same keys and names.
+  if (laid !== '' && laid !== now) {
+    select(null);
+    hover(null);
+  }
+  laid = now;
+});
+
 /** Shows the "remove" button if the selected thing can be removed: only while the table is set up. */
 function removable() {
   const thing = world.selected === null ? undefined : store.get(world.selected);
@@ -296,11 +318,6 @@ find('marks').addEventListener('focusin', (event) => {
   if (/** @type {HTMLElement} */ (event.target).matches(':focus-visible')) hover(key);
 });
 find('marks').addEventListener('focusout', () => hover(null));
-for (const id of ['palette', 'hint']) find(id).addEventListener('pointerdown', (event) => event.stopPropagation());
-for (const tools of document.querySelectorAll('.tools')) {
-  for (const kind of ['pointerdown', 'wheel']) tools.addEventListener(kind, (event) => event.stopPropagation());
-}
-find('hint-close').addEventListener('click', () => (find('hint').hidden = true));
 
 // The panels.
 
@@ -309,13 +326,14 @@ new Dialogue(store, (text) => ask('say', { text }), toasts);
 new Tasks(store);
 new Lessons(store, ask, toasts);
 new Health(store);
+new Guide(store);
+arrange(matchMedia('(max-width: 999px)'));
 new Arming(store, ask);
 new Palette(store, {
   aim: (event) => {
-    const rect = main.element.getBoundingClientRect();
-    const tools = find('palette').getBoundingClientRect();
-    const on = (/** @type {DOMRect} */ r) => event.clientX > r.left && event.clientX < r.right && event.clientY > r.top && event.clientY < r.bottom;
-    return on(rect) && !on(tools) ? pointer.ground(event, 0) : null;
+    const { left, right, top, bottom } = main.element.getBoundingClientRect();
+    const isOver = event.clientX > left && event.clientX < right && event.clientY > top && event.clientY < bottom;
+    return isOver ? pointer.ground(event, 0) : null;
   },
   preview: (item, at) => {
     if (item === null || at === undefined || !('kind' in item)) world.land(null);

@@ -74,7 +74,7 @@ export class Palette {
     this.#said = said;
     const sorted = [...kinds].sort((a, b) => ROLES.indexOf(a.role) - ROLES.indexOf(b.role));
     const rows = sorted.map((kind) => {
-      const chips = colours.map((colour) => this.#chip({ kind, colour }, `${colour.name} ${words(kind.name)}`, icon(kind, colour)));
+      const chips = colours.map((colour) => this.#chip({ kind, colour }, `${colour.name} ${words(kind.name)}`, icon(kind, colour), colour.name));
       return make('div', { class: 'row', role: 'group', 'aria-label': words(kind.name) }, make('span', { text: words(kind.name) }), ...chips);
     });
     const screens = SCREENS.map(({ name, all }) => {
@@ -84,9 +84,9 @@ export class Palette {
     this.#list.replaceChildren(...rows, ...screens);
   }
 
-  /** @param {Item} item @param {string} name @param {Element} picture */
-  #chip(item, name, picture) {
-    const chip = make('button', { type: 'button', class: 'chip', 'aria-label': `Add a ${name}`, title: `${name}: drag it onto the table`, data: { add: name } }, picture);
+  /** @param {Item} item @param {string} name @param {Element} picture @param {string | null} [caption] of the colour */
+  #chip(item, name, picture, caption = null) {
+    const chip = make('button', { type: 'button', class: 'chip', 'aria-label': `Add a ${name}`, title: `${name}: drag it onto the table`, data: { add: name } }, picture, caption === null ? null : make('span', { text: caption }));
     /** @type {{x: number, y: number, dragged: boolean} | null} */
     let down = null;
     chip.addEventListener('pointerdown', (event) => {

@@ -1,11 +1,14 @@
 // Mouse, pen and touch control of the main view: picking, dragging, turning, and moving the seat.
 import { Plane, Raycaster, Vector2, Vector3 } from 'three';
 import { STEP_TURN } from './hand.js';
+import { project } from './labels.js';
 import { takes } from './landing.js';
 import { distance } from './pose.js';
 import { approached, orbited, turned } from './seat.js';
 
 const DRAG_PX = 5;
+/** Half of a finger's width: half of the 44 pixels that a control needs. */
+const FINGER_PX = 22;
 const TURN_PER_PX = 0.006;
 const SCREEN_EVERY_MS = 50;
 
@@ -91,6 +94,26 @@ export class Pointer {
     return things.find((key) => this.#desk.store.get(key)?.kind !== 'occluder') ?? things[0] ?? null;
   }
 
+  /**
+   * The thing under a finger: the nearest visible object within a finger's width, because a peg may be smaller.
+   * @param {PointerEvent} event
+   */
+  #touch(event) {
+    const { store, world, camera, element } = this.#desk;
+    const exact = this.pick(event);
+    if (exact !== null && store.get(exact)?.kind === 'object') return exact;
+    const { left, top } = element.getBoundingClientRect();
+    const near = store.under('thing/').flatMap(([key, { kind }]) => {
+      const pose = kind === 'object' ? world.pose(key) : null;
+      const spot = pose === null ? null : project(pose.p, camera, element);
+      if (spot === null) return [];
+      const at = { clientX: left + spot.x, clientY: top + spot.y };
+      const far = Math.hypot(at.clientX - event.clientX, at.clientY - event.clientY);
+      return far > FINGER_PX || this.pick(at) !== key ? [] : [{ key, far }];
+    });
+    return near.sort((a, b) => a.far - b.far)[0]?.key ?? exact;
+  }
+
   /** @param {PointerEvent} event */
   #press(event) {
     const { element, hand, world, store, view, movable } = this.#desk;
@@ -104,7 +127,7 @@ export class Pointer {
     }
     if (hand.held !== null) hand.cancel();
     const start = new Vector2(event.clientX, event.clientY);
-    const key = event.button === 2 || event.shiftKey ? null : this.pick(event);
+    const key = event.button === 2 || event.shiftKey ? null : event.pointerType === 'touch' ? this.#touch(event) : this.pick(event);
     const thing = key === null ? undefined : store.get(key);
     const pose = key === null ? null : world.pose(key);
     const base = { key: null, begun: false, start, offset: /** @type {[number, number]} */ ([0, 0]), height: 0, pointer: event.pointerId };

@@ -72,9 +72,20 @@ export class Stage {
   resize() {
     const { clientWidth, clientHeight } = this.#canvas;
     this.renderer?.setSize(clientWidth, clientHeight, false);
+    this.#clear();
     // Resizing clears the canvas, so draw at once to avoid flicker.
     for (const view of this.views) this.#stale.add(view);
     this.#draw();
+  }
+
+  /** Makes the canvas transparent: a view that has moved leaves nothing behind. */
+  #clear() {
+    const { renderer } = this;
+    if (renderer === null) return;
+    renderer.setScissorTest(false);
+    renderer.setClearColor(0, 0);
+    renderer.clear();
+    renderer.setScissorTest(true);
   }
 
   /** Requests a redraw in the next animation frame. @param {...View} views default: all */

@@ -3,6 +3,8 @@ import { find } from './element.js';
 
 const ELSE = 'use leo emergency-stop on the robot’s machine, its emergency stop button, or cut the power';
 const TRIES = 2;
+/** A key that no text field and no other part of the page uses. The button shows it. */
+const STOP_KEY = 'F9';
 
 /**
  * Asks the server to stop the robot, and returns its answer. Retries once if the server closed the connection.
@@ -23,7 +25,7 @@ export async function stop(ask) {
 }
 
 /**
- * Makes the button stop the robot. While a modal dialog is open, the button moves into it.
+ * Makes the button and its key stop the robot. While a modal dialog is open, the button moves into it.
  * Without this script the button submits its form.
  * @param {import('./toasts.js').Toasts} toasts
  */
@@ -36,6 +38,12 @@ export function stopButton(toasts) {
     const { ok, words } = await stop((address, how) => fetch(address, how));
     toasts.show(words, ok ? 'note' : 'error');
   });
+  // Before any other handler, whatever has the focus.
+  document.addEventListener('keydown', (event) => {
+    if (event.key !== STOP_KEY) return;
+    event.preventDefault();
+    if (!event.repeat) /** @type {HTMLFormElement} */ (form).requestSubmit();
+  }, { capture: true });
   for (const dialog of document.querySelectorAll('dialog')) {
     const follow = () => (dialog.open ? dialog.append(form) : home.insertBefore(form, next));
     new MutationObserver(follow).observe(dialog, { attributeFilter: ['open'] });

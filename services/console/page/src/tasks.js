@@ -1,9 +1,11 @@
 // The task panel: the hypotheses of all perspectives side by side, the chosen rule, and the performances.
 import { find, make } from './element.js';
-import { asSeenBy } from './words.js';
+import { asSeenBy, likelihood, plain } from './words.js';
 
 const SHOWN = 4;
 const SAME = 1e-6;
+/** True of a demonstration that goes on, and of one that was cancelled. */
+const NO_EXAMPLE = 'No demonstration is complete yet. At the end of one, say that it is done: then Leo weighs what you could have meant.';
 
 /**
  * The hypotheses of one perspective, the best ones first, and whether the best are tied. Pure.
@@ -76,7 +78,7 @@ export class Tasks {
     const section = make('section', { class: 'task', data: { task: task.name } },
       make('header', {}, make('h3', { text: task.name }), make('span', { class: 'count', text: `${task.examples} ${plural}` })));
     if (task.rule !== null && task.rule !== undefined) section.append(this.#rule(task));
-    if (task.examples === 0) section.append(make('p', { class: 'quiet', text: 'Leo watches. When you say that it is done, it weighs what you could have meant.' }));
+    if (task.examples === 0) section.append(make('p', { class: 'quiet', text: NO_EXAMPLE }));
     const views = make('div', { class: 'perspectives' });
     const keys = Object.keys(task.hypotheses ?? {}).sort((a, b) => pathOf(a).length - pathOf(b).length || a.localeCompare(b));
     for (const key of keys) views.append(this.#perspective(task, key));
@@ -89,7 +91,7 @@ export class Tasks {
   /** @param {any} task */
   #rule(task) {
     const rule = make('p', { class: 'rule', data: { rule: task.rule.name, perspective: task.rule.perspective } },
-      make('span', { class: 'key', text: 'Leo goes by' }), ' ', make('strong', { text: task.rule.name }),
+      make('span', { class: 'key', text: 'Leo goes by' }), ' ', make('strong', { text: plain(task.rule.name) }),
       make('span', { class: 'whose', text: ` ${this.#whose(String(task.rule.perspective))}` }));
     if (!task.explanation) return rule;
     return make('div', {}, rule, make('p', { class: 'why', text: `“${task.explanation}”` }));
@@ -131,19 +133,20 @@ function bar({ name, posterior, tally }, examples, chosen, tied) {
   fill.style.width = `${(100 * posterior).toFixed(1)}%`;
   const tags = [];
   if (chosen) tags.push(make('span', { class: 'tag chosen', text: 'chosen' }));
-  if (tied) tags.push(make('span', { class: 'tag tied', text: 'tied' }));
+  if (tied) tags.push(make('span', { class: 'tag tied', text: 'equally likely' }));
   return make('li', { class: chosen ? 'chosen' : '', data: { hypothesis: name, posterior, tally } },
-    make('span', { class: 'name' }, name, ...tags),
-    make('span', { class: 'numbers', title: `posterior ${posterior}; consistent with ${tally} of ${examples}` },
-      `${percent(posterior)}`, make('span', { class: 'tally', text: ` ${tally}/${examples}` })),
-    make('span', { class: 'bar', 'aria-hidden': 'true' }, fill));
+    make('span', { class: 'name' }, plain(name), ...tags),
+    make('span', { class: 'bar', 'aria-hidden': 'true' }, fill),
+    make('details', { class: 'figures' }, make('summary', { text: likelihood(posterior) }),
+      make('span', { class: 'numbers', title: `posterior ${posterior}` },
+        `${percent(posterior)}`, ' · explains ', make('span', { class: 'tally', text: `${tally}/${examples}` }), ' demonstrations')));
 }
 
 /** @param {any} performance @param {boolean} open */
 function performed({ done, failed, result }, open) {
   const list = make('ul', {});
-  for (const text of done ?? []) list.append(make('li', { class: 'done', text }));
-  for (const text of failed ?? []) list.append(make('li', { class: 'failed', text: `failed: ${text}` }));
+  for (const text of done ?? []) list.append(make('li', { class: 'done', text: plain(text) }));
+  for (const text of failed ?? []) list.append(make('li', { class: 'failed', text: `failed: ${plain(text)}` }));
   return make('details', { class: 'performance', open, data: { result: result ?? '' } },
     make('summary', {}, 'Performed', result ? make('strong', { text: ` ${result}` }) : ' …'), list);
 }

@@ -1,12 +1,13 @@
 // The time line of one object (Fig. 4 of the paper): for each perspective whether it was known, seen, and its states.
 import { draw, find, make } from './element.js';
-import { believes } from './words.js';
+import { believes, plain } from './words.js';
 
 const ROW = 23;
 const BAR = 14;
 const LABEL = 8;
 /** Approximate width of a letter of a label, in pixels. */
 const LETTER = 6.4;
+const HATCHES = ['robot', 'partner'];
 
 /**
  * Segments between the points of a track. Pure.
@@ -67,7 +68,7 @@ export class Timeline {
   update() {
     const history = this.id === null ? undefined : this.#store.get(`history/${this.id}`);
     find('timeline-empty').hidden = history !== undefined;
-    this.#title.textContent = history?.words ?? '';
+    this.#title.textContent = plain(history?.words ?? '');
     if (history === undefined) {
       this.#picture.replaceChildren();
       this.#words.replaceChildren();
@@ -94,6 +95,7 @@ export class Timeline {
     const left = Math.min(Math.max(160, LETTER * longest + LABEL), 0.4 * width);
     const x = (/** @type {number} */ t) => left + ((width - left - LABEL) * (t - from)) / Math.max(1e-6, to - from);
     const svg = draw('svg', { width, height: rows.length * ROW + 14, 'aria-hidden': 'true' });
+    svg.append(...HATCHES.map(hatch));
     rows.forEach(({ label, track }, at) => {
       const y = at * ROW + (ROW - BAR) / 2;
       const kind = track.perspective === 0 ? 'robot' : 'partner';
@@ -124,6 +126,14 @@ export class Timeline {
     this.#words.dataset.text = told.join();
     this.#words.replaceChildren(...told.map((line) => make('li', { text: line })));
   }
+}
+
+/** A pattern of stripes in a colour of the theme: what is remembered differs by more than its lightness. @param {string} kind */
+function hatch(kind) {
+  const size = 6;
+  const stripe = draw('path', { d: `M0 ${size}L${size} 0`, class: `stripe ${kind}` });
+  return draw('pattern', { id: `hatch-${kind}`, width: size, height: size, patternUnits: 'userSpaceOnUse' },
+    draw('rect', { width: size, height: size, class: `ground ${kind}` }), stripe);
 }
 
 /** @param {number} x @param {number} y @param {string} content @param {string} kind */

@@ -76,6 +76,60 @@ export function asSeenBy(path, names) {
   return `as ${whom(last, names)} could see it`;
 }
 
+/** Words for probabilities from a bound on, the highest first. */
+const LIKELIHOODS = /** @type {const} */ ([[0.95, 'almost certain'], [0.6, 'likely'], [0.25, 'possible'], [0.02, 'unlikely'], [0, 'very unlikely']]);
+
+/** A probability in words. @param {number} posterior */
+export function likelihood(posterior) {
+  return LIKELIHOODS.find(([bound]) => posterior >= bound)?.[1] ?? 'very unlikely';
+}
+
+/**
+ * The view that an event of the learner names, for the page's user: "as you could see it". Pure.
+ * @param {string} view "Leo's own view" or "the teacher's view"
+ * @param {Record<string, string>} names
+ */
+function viewWords(view, names) {
+  const agent = Object.keys(names).map(Number).find((each) => each > 0 && view === `${names[each]}'s view`);
+  if (agent !== undefined) return asSeenBy([agent], names);
+  return view === `${names[0] ?? 'Leo'}'s own view` ? asSeenBy([], names) : `in ${view}`;
+}
+
+/**
+ * A rule of the log in words: "ALL BUT BLUE (the teacher's view)" becomes "all but blue, as you could see it". Pure.
+ * @param {string} text
+ * @param {Record<string, string>} names
+ */
+export function ruleWords(text, names) {
+  const [, rule, view] = /^(.*) \(([^()]*)\)$/s.exec(text) ?? [];
+  return rule === undefined ? text : `${plain(rule.toLowerCase())}, ${viewWords(view, names)}`;
+}
+
+/**
+ * A hypothesis of the log: words, and the figures behind them. Pure.
+ * @param {string} text "all but blue   in Leo's own view: posterior 0.9707, tally 2/2"
+ * @param {Record<string, string>} names
+ * @returns {{words: string, posterior: number, figures: string} | null} `null` for a text of another form
+ */
+export function thoughtWords(text, names) {
+  const [, name, view, posterior, tally, examples] = /^(.*?)\s+in ([^:]*): posterior ([\d.]+), tally (\d+)\/(\d+)$/s.exec(text) ?? [];
+  if (name === undefined) return null;
+  const figures = `probability ${posterior}, explains ${tally} of ${examples} ${examples === '1' ? 'demonstration' : 'demonstrations'}`;
+  return { words: `${plain(name)}, ${viewWords(view, names)}`, posterior: Number(posterior), figures };
+}
+
+/** Words that describe a thing, by the shipped percepts. */
+const ADJECTIVES = 'small|medium-sized|large|red|green|blue|yellow|wood|white|black';
+
+/**
+ * Names of things as people say them: "medium green long" becomes "medium-sized green long thing". Pure.
+ * @param {string} text
+ */
+export function plain(text) {
+  return text.replace(/\bmedium (?=[a-z])/g, 'medium-sized ')
+    .replace(new RegExp(`\\b(${ADJECTIVES}) long\\b(?! thing)`, 'g'), '$1 long thing');
+}
+
 /**
  * A duration in words: "0.4 s", "12 s", "3 min".
  * @param {number} seconds

@@ -12,6 +12,14 @@ const robot = { agents: { 0: 'Leo', 1: 'the teacher' } };
 function dialogue(t) {
   t.mock.timers.enable({ apis: ['setTimeout'] });
   globalThis.window = {};
+  const observers = [];
+  globalThis.ResizeObserver = class {
+    constructor(hear) {
+      observers.push(hear);
+    }
+
+    observe() {}
+  };
   const ids = furnish({ log: 'ol', 'log-box': 'div', say: 'input', 'task-name': 'input', 'say-form': 'form', sentences: 'div', listen: 'button' });
   const cells = new Store();
   new Dialogue(cells, async () => ({}), { show() {} });
@@ -22,7 +30,7 @@ function dialogue(t) {
   apply({ robot, ...sorted }, true);
   taken.length = 0;
   const texts = () => ids.log.children.map((item) => item.lastElementChild.textContent);
-  return { ids, apply, sorted, texts, box: ids['log-box'] };
+  return { ids, apply, sorted, texts, box: ids['log-box'], resize: () => observers.forEach((hear) => hear()) };
 }
 
 test('a line stands where its number says, in whatever order the lines come', (t) => {
@@ -30,6 +38,52 @@ test('a line stands where its number says, in whatever order the lines come', (t
   assert.deepEqual(texts(), Array.from({ length: 12 }, (_, n) => `line ${n}`));
   apply({ 'line/14': line('line 14'), 'line/13': line('line 13'), 'line/12': line('line 12') });
   assert.deepEqual(texts().slice(-3), ['line 12', 'line 13', 'line 14']);
+});
+
+test('the log follows its end after its box has shrunk', (t) => {
+  const { box, apply, resize } = dialogue(t);
+  Object.assign(box, { scrollHeight: 500, scrollTop: 300, clientHeight: 200 });
+  box.listeners.scroll();
+  box.clientHeight = 100;
+  apply({ 'line/12': line('line 12') });
+  assert.equal(box.scrollTop, 500);
+  box.scrollTop = 400;
+  resize();
+  assert.equal(box.scrollTop, 500);
+});
+
+test('a reader of older lines stays there when lines come and when the box shrinks', (t) => {
+  const { box, apply, resize } = dialogue(t);
+  Object.assign(box, { scrollHeight: 500, scrollTop: 100, clientHeight: 200 });
+  box.listeners.scroll();
+  apply({ 'line/12': line('line 12') });
+  box.clientHeight = 100;
+  resize();
+  assert.equal(box.scrollTop, 100);
+});
+
+test('the buttons name the task of the newest sentence, until the teacher names another', (t) => {
+  const { ids, apply } = dialogue(t);
+  const said = (text) => ({ t: 1, who: 'the teacher', kind: 'said', text: `"${text}"` });
+  apply({ 'line/12': said('Leo, I can teach you to do task 2'), 'line/13': said('Why?') });
+  assert.equal(ids['task-name'].value, 'task 2');
+  assert.equal(ids.sentences.children[1].textContent, 'Task 2 is done');
+  ids['task-name'].value = 'the tower';
+  ids['task-name'].listeners.input();
+  apply({ 'line/14': said('Leo, do task 1') });
+  assert.equal(ids['task-name'].value, 'the tower');
+});
+
+test('events are told in words, and the figures of a hypothesis on demand', (t) => {
+  const { apply, ids } = dialogue(t);
+  apply({
+    'line/12': { t: 1, who: null, kind: 'rule', text: 'ALL BUT BLUE (the teacher\'s view)' },
+    'line/13': { t: 1, who: null, kind: 'thinks', text: 'all but blue                 in Leo\'s own view: posterior 0.9707, tally 2/2' },
+  });
+  const [rule, thought] = ids.log.children.slice(-2).map((item) => item.lastElementChild);
+  assert.equal(rule.textContent, 'all but blue, as you could see it');
+  assert.equal(thought.children[0].textContent, 'all but blue, as Leo saw it: almost certain');
+  assert.equal(thought.children[1].textContent, 'probability 0.9707, explains 2 of 2 demonstrations');
 });
 
 test('a page that connects anew takes no line out of the dialogue that is still so', (t) => {

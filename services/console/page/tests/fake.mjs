@@ -352,6 +352,7 @@ export class Fake {
     this.believe();
     this.publish();
     const over = this.mode === 'script' && this.script.length === 0 && this.t - this.began > 9;
+    if (over && this.table === TABLES.length - 1 && this.performing.length === 0) this.mode = 'over';
     if (over && this.table < TABLES.length - 1) {
       this.lay(this.table + 1);
       this.script = [...TABLES[this.table].script];
@@ -432,7 +433,7 @@ export class Fake {
   hand(setting = false) {
     if (this.gliding) this.gliding.peg.held = null;
     this.gliding = null;
-    if (this.mode === 'script') this.mode = 'teaching';
+    if (this.mode === 'script' || this.mode === 'over') this.mode = 'teaching';
     if (setting && this.mode !== 'set-up') throw new Error('things can be added and removed only while the table is set: begin a new table');
   }
 
@@ -443,7 +444,7 @@ export class Fake {
   do(message) {
     const { do: what } = message;
     if (what === 'say') {
-      if (this.mode === 'script') this.hand();
+      if (this.mode === 'script' || this.mode === 'over') this.hand();
       this.mode = 'teaching';
       this.say(message.text);
     } else if (what === 'take') {

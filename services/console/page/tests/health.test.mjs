@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { busRow, summary, troubleWords } from '../src/health.js';
+import { busRow, dropWords, summary, troubleWords } from '../src/health.js';
 
 const BUS = { name: 'torso', lost: false, joints: 9, quarantined: 1, exchanges: 500, skipped: 0, missed: 3, broken: 2, stale: 1, late_bytes: 0 };
 const RUNS = { process: 'motor', state: 'running', restarts: 0 };
@@ -49,4 +49,11 @@ test('a joint in trouble shows the states of its machines and why it is locked',
   const joint = { joint: 'elbow', mode: 'limp', cause: 'blocked', link: 'answering', power: 'off', arming: 'locked', arming_cause: 'blocked', motion: 'idle' };
   assert.equal(troubleWords(joint), 'elbow: limp, blocked (link answering, power off, locked: blocked, idle)');
   assert.equal(troubleWords({ joint: 'elbow', mode: 'quarantined', cause: 'silent' }), 'elbow: quarantined, silent');
+});
+
+test('frames that a process need not read are skipped, and only those of belief and motor are lost', () => {
+  assert.equal(dropWords({ process: 'learner', drops: 64420 }), '64420 skipped');
+  assert.equal(dropWords({ process: 'belief', drops: 3 }), '3 lost');
+  assert.equal(dropWords({ process: 'belief', drops: 0 }), '0');
+  assert.equal(dropWords({ process: 'motor' }), '–');
 });

@@ -10,7 +10,7 @@ const workspace = (id, title) => ({ lesson: id, title, watch: '', simulated: tru
 /** The lesson panel while `own.toml` plays, and the requests sent. */
 function picker(answer = {}) {
   const buttons = ['play', 'clear', 'undo', 'record', 'keep', 'save', 'save-cancel'];
-  const ids = furnish({
+  const ids = furnish({ menu: 'button',
     lesson: 'select', lay: 'select', watch: 'p', mode: 'p', 'save-dialog': 'dialog', 'save-title': 'input', 'save-form': 'form',
     ...Object.fromEntries(buttons.map((id) => [id, 'button'])),
   });
@@ -117,4 +117,21 @@ test('of a recording that failed only the error is told', () => {
   record(false, 'a.mcap', { error: 'no space left' });
   record(false, 'b.mcap');
   assert.deepEqual(shown, ['no space left']);
+});
+
+test('a lesson that has ended plays no more', () => {
+  const { ids, apply } = picker();
+  apply({ workspace: { ...workspace('task1', 'Task 1'), mode: 'over', table: 0 } });
+  assert.equal(ids.mode.textContent, 'The lesson has ended, table 1');
+});
+
+test('the caption of a lesson stands beside its own tables only', () => {
+  const { ids, apply } = picker();
+  const about = { ...workspace('task1', 'Task 1'), watch: 'A blue block lies behind a wall.', mode: 'teaching' };
+  apply({ workspace: { ...about, table: 0 } });
+  assert.deepEqual([ids.watch.textContent, ids.watch.hidden], ['A blue block lies behind a wall.', false]);
+  apply({ workspace: { ...about, table: null } });
+  assert.deepEqual([ids.watch.textContent, ids.watch.hidden], ['', true]);
+  apply({ workspace: { ...about, table: null, lacks: '`partners = 2`' } });
+  assert.equal(ids.watch.textContent, 'This lesson needs `partners = 2` in leo.toml.');
 });

@@ -6,7 +6,7 @@ import { tableName } from '../src/lessons.js';
 import { css } from '../src/palette.js';
 import { pathOf, percent, ranking } from '../src/tasks.js';
 import { segmentWords, segments, stateWords } from '../src/timeline.js';
-import { agrees, asSeenBy, believes, describe, toYou } from '../src/words.js';
+import { agrees, asSeenBy, believes, describe, likelihood, plain, ruleWords, thoughtWords, toYou } from '../src/words.js';
 
 const NAMES = { 0: 'Leo', 1: 'the teacher', 2: 'the other' };
 const belief = (p, twin, more = {}) => ({ p, q: [0, 0, 0, 1], half: [0.03, 0.03, 0.03], rgb: [1, 0, 0], states: {}, unseen_s: 0, twin, ...more });
@@ -48,6 +48,25 @@ test('a small posterior is not shown as none, nor a great one as certain', () =>
   assert.equal(percent(0.994), '99 %');
   assert.equal(percent(1e-5), '< 0.1 %');
   assert.equal(percent(0), '0.0 %');
+});
+
+test('a probability in words', () => {
+  assert.deepEqual([1, 0.95, 0.7, 0.3, 0.029, 0].map(likelihood), ['almost certain', 'almost certain', 'likely', 'possible', 'unlikely', 'very unlikely']);
+});
+
+test('a name that ends with an adjective gets a noun, and no other name does', () => {
+  assert.equal(plain('You do not know of the medium green long'), 'You do not know of the medium-sized green long thing');
+  assert.equal(plain('all but medium red square'), 'all but medium-sized red square');
+  for (const text of ['all but blue', 'long', 'for how long', 'red long thing']) assert.equal(plain(text), text);
+});
+
+test('rules and hypotheses of the log are words, whoever’s view they are of', () => {
+  assert.equal(ruleWords('ALL (the teacher\'s view)', NAMES), 'all, as you could see it');
+  assert.equal(ruleWords('ALL (the other\'s view)', NAMES), 'all, as the other could see it');
+  assert.equal(ruleWords('ALL', NAMES), 'ALL');
+  assert.deepEqual(thoughtWords('all   in Leo\'s own view: posterior 1.0000, tally 1/1', NAMES),
+    { words: 'all, as Leo saw it', posterior: 1, figures: 'probability 1.0000, explains 1 of 1 demonstration' });
+  assert.equal(thoughtWords('something else', NAMES), null);
 });
 
 test('perspectives of hypotheses by their names', () => {

@@ -221,6 +221,9 @@ try {
   await shoot('set-up');
   await onEach((page) => page.click('#save'));
   await shoot('save');
+  await onEach((page) => page.click('#save-cancel'));
+  await onEach((page) => page.click('#help'));
+  await shoot('help');
 
   // This dialog is about locked joints, which this robot does not have; arm.mjs opens it.
   panels.delete('arm-dialog');

@@ -200,7 +200,7 @@ const account = () => page.evaluate(() => [...document.querySelectorAll('.task')
   const perspectives = [...task.querySelectorAll('.perspective')].map((box) => [box.dataset.perspective, {
     heading: text('h4', box),
     hypotheses: [...box.querySelectorAll('[data-hypothesis]')].map((item) => ({
-      name: item.querySelector('.name').firstChild.textContent,
+      name: item.dataset.hypothesis,
       percent: item.querySelector('.numbers').firstChild.textContent,
       posterior: Number(item.dataset.posterior),
       tally: text('.tally', item),
@@ -216,7 +216,7 @@ const account = () => page.evaluate(() => [...document.querySelectorAll('.task')
   return {
     name: text('h3'),
     count: text('.count'),
-    rule: text('.rule strong'),
+    rule: task.querySelector('.rule')?.dataset.rule ?? null,
     whose: text('.rule .whose'),
     why: text('.why'),
     perspectives: Object.fromEntries(perspectives),

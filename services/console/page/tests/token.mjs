@@ -92,8 +92,8 @@ try {
     await page.setViewportSize({ width, height });
     await page.evaluate(() => window.scrollTo(0, 0));
     must(await page.evaluate(() => {
-      const { left, bottom } = document.querySelector('#stop-button').getBoundingClientRect();
-      const apart = ({ right, top }) => right <= left || top >= bottom;
+      const stop = document.querySelector('#stop-button').getBoundingClientRect();
+      const apart = ({ left, right, top, bottom }) => right <= stop.left || left >= stop.right || bottom <= stop.top || top >= stop.bottom;
       return [...document.querySelectorAll('#head button, #head select')].every((part) => apart(part.getBoundingClientRect()));
     }), `that the stop button covers no other one, at ${width} x ${height}`);
     await page.evaluate(() => window.scrollTo(0, document.documentElement.scrollHeight));
@@ -110,7 +110,9 @@ try {
   await visitor.waitForFunction(() => /is raised/.test(document.querySelector('main').textContent));
   await until('all joints are stopped', () => document.querySelector('#arming').dataset.state === 'stopped');
   must(await isPressable(visitor), 'that the stop button stays');
-  await page.click('#stop-button');
+  // The key of the button works while somebody types.
+  await page.focus('#say');
+  await page.keyboard.press('F9');
   await until('the page says what came of its button', () => /was raised before/.test(document.querySelector('#toasts').textContent));
 } catch (error) {
   console.error(error.message);

@@ -112,7 +112,8 @@ impl LessonLibrary {
             lesson.colours.iter().map(|(name, rgb)| json!({ "name": name, "rgb": numbers(*rgb) })).collect();
         let people: Vec<u16> = lesson.teachers.iter().map(|teacher| teacher.number).collect();
         let mode = head.map(|head| match head.mode() {
-            Some(SceneMode::Script | SceneMode::Over) | None => "script",
+            Some(SceneMode::Script) | None => "script",
+            Some(SceneMode::Over) => "over",
             Some(SceneMode::SetUp) => "set-up",
             Some(SceneMode::Teaching) => "teaching",
         });
@@ -155,6 +156,16 @@ mod tests {
         assert_eq!(library.workspace(Some(&head), None)["lacks"], json!("`language = \"extended\"`"));
         library.settings.learner.language = tasks::HypothesisLanguage::Extended;
         assert_eq!(library.workspace(Some(&head), None)["lacks"], Value::Null);
+    }
+
+    #[test]
+    fn a_lesson_that_has_ended_is_over() {
+        let mut library = library(None, &Lesson::builtin());
+        let mut mode = |mode: SceneMode| {
+            let head = SceneHead { mode: mode.raw(), ..SceneHead::default() };
+            library.workspace(Some(&head), None)["mode"].clone()
+        };
+        assert_eq!((mode(SceneMode::Script), mode(SceneMode::Over)), (json!("script"), json!("over")));
     }
 
     #[test]
