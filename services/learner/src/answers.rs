@@ -56,7 +56,7 @@ pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settin
         (None, Some(arrangement)) => (arrangement.standing.tally, arrangement.standing.examples),
         (None, None) => (0, learned.examples),
     };
-    let mut shown = format!("\"{}\" is what {tally} of {examples} showings say", goal_phrase(learned));
+    let mut shown = format!("\"{}\" is what {tally} of {examples} examples say", goal_phrase(learned));
     if let Some(first) = first
         && let Some(deciding) = deciding(language, task, perspectives, first)
     {
@@ -109,7 +109,9 @@ fn deciding(language: &Language, task: &Task, perspectives: &[u16], rule: &Rule)
             }
         };
         let was = if objects.len() == 1 { "was" } else { "were" };
-        Some(format!("{named} {was}{not} {expected}"))
+        // A state that is switched off: "not not filled" is "filled".
+        let state = format!("{not} {expected}").replace(" not not", "");
+        Some(format!("{named} {was}{state}"))
     };
     let told = task.tellings().map(|telling| format!("you said \"{}\"", telling.statement.words(language)));
     let parts: Vec<String> =

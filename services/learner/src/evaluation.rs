@@ -6,8 +6,8 @@ use invariant::require;
 use message::{Event, EventKind};
 use quantity::number::saturating_u32;
 use tasks::{
-    Decision, Explanation, Language, Learned, Learning, OnConflict, OpenQuestion, Rule, Selection, Settings,
-    Task, View, decide_with, differ, explain, listed, told, told_counts,
+    Decision, Example, Explanation, Language, Learned, Learning, NumberedView, OnConflict, OpenQuestion,
+    Rule, Selection, Settings, Task, decide_with, differ, explain, listed, told, told_counts,
 };
 
 use crate::report::{MAX_REPORTED_RULES, goal_phrase, standing_event, with_expectation};
@@ -239,7 +239,7 @@ pub(crate) fn learning(
     let mut learning = Learning::new(language, settings);
     let mut views = attended(language, task, perspectives, perspective);
     let told = told(language, task, &mut views);
-    views.iter().for_each(|view| learning.add(view));
+    views.iter().for_each(|(_, view)| learning.add(view));
     told.iter().for_each(|view| learning.add_told(view));
     told_counts(task).for_each(|count| learning.add_count(count));
     learning
@@ -247,13 +247,13 @@ pub(crate) fn learning(
 
 /// A perspective's views of a task's examples, reduced to what its agent attends to. The perspective that stands for
 /// all teachers uses each example as its own teacher saw it, because that teacher's intention counts.
-fn attended(language: &Language, task: &Task, perspectives: &[u16], perspective: u16) -> Vec<View> {
-    let views: Vec<&View> = if lead_teacher(task, perspectives) == Some(perspective) {
-        task.taught(perspectives).collect()
-    } else {
-        task.views(perspective).collect()
+fn attended(language: &Language, task: &Task, perspectives: &[u16], perspective: u16) -> Vec<NumberedView> {
+    let stands_for_all = lead_teacher(task, perspectives) == Some(perspective);
+    let view = |example: &Example| {
+        let view = if stands_for_all { example.taught(perspectives) } else { example.view(perspective) };
+        view.map(|view| view.attended(language.moved_m))
     };
-    views.into_iter().map(|view| view.attended(language.moved_m)).collect()
+    task.examples.iter().enumerate().filter_map(|(number, example)| Some((number, view(example)?))).collect()
 }
 
 /// The perspectives with a view of a task.

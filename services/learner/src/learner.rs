@@ -149,6 +149,8 @@ pub struct Learner<B> {
     subject: Option<BTreeMap<String, String>>,
     /// The task whose performance was stopped.
     stopped: Option<String>,
+    /// Whether Leo was told to stop, and to do nothing since.
+    holds_still: bool,
     has_started_body: bool,
     goals_at: Option<Instant>,
 }
@@ -180,6 +182,7 @@ impl<B: Body> Learner<B> {
             proposal: None,
             subject: None,
             stopped: None,
+            holds_still: false,
             has_started_body: false,
             goals_at: None,
         }
@@ -281,7 +284,7 @@ impl<B: Body> Learner<B> {
     /// stop: then it holds still.
     fn look_at_subject(&mut self, now: Instant, present_rad: &[Option<f64>]) {
         let Some(subject) = self.subject.take() else { return };
-        if self.performance.is_some() || self.teaching.is_some() || self.stopped.is_some() {
+        if self.performance.is_some() || self.teaching.is_some() || self.holds_still {
             return;
         }
         let Some(own) = self.views.own(&self.vocabulary.language) else { return };
@@ -331,12 +334,15 @@ impl<B: Body> Learner<B> {
             say(output, &name, "I cannot see anything yet: please begin again in a moment");
             return;
         }
+        self.holds_still = false;
         self.teaching = Some(Teaching::new(&name, speaker, &snapshots));
         output.events.push(Event::new(EventKind::TeachingStarted, &name, &name));
         for (&perspective, view) in &snapshots {
             output.events.push(seen(&self.vocabulary.language, &name, perspective, view));
         }
-        let known = self.tasks.get(&key(&name)).map_or(0, |task| task.examples.len());
+        let is_shown = |example: &&Example| example.telling.is_none();
+        let known =
+            self.tasks.get(&key(&name)).map_or(0, |task| task.examples.iter().filter(is_shown).count());
         let beside = match known {
             0 => String::new(),
             known => format!(" for one more example of {name}, beside the {known} that I have"),
@@ -395,12 +401,9 @@ impl<B: Body> Learner<B> {
             .entry(task_key.clone())
             .or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
         self.add_example(&task_key, example, output);
-        let has_told = !told.is_empty();
-        self.add_told(&task_key, told, output);
+        self.add_told(&task_key, told.clone(), output);
         self.report_learned(&task_key, EventKind::DemonstrationEnded, &name, output);
-        if has_told {
-            self.ask_about_told(&task_key, output);
-        }
+        self.ask_about_told(&task_key, &told, output);
     }
 
     /// Adds an example to a task, and stores it.
@@ -415,14 +418,34 @@ impl<B: Body> Learner<B> {
     /// Reports what was learned with a new example of a task, and asks about what remains open. `kind` and `text`
     /// describe the origin of the example.
     fn report_learned(&mut self, task_key: &str, kind: EventKind, text: &str, output: &mut Output) {
+        if let Some(evaluation) = self.publish_learned(task_key, kind, text, output) {
+            self.say_learned(task_key, &evaluation, output);
+        }
+    }
+
+    /// Publishes what was learned, for programs.
+    fn publish_learned(
+        &mut self,
+        task_key: &str,
+        kind: EventKind,
+        text: &str,
+        output: &mut Output,
+    ) -> Option<Evaluation> {
+        let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
+        let task = require!(self.tasks.get(task_key), "`{task_key}` is a task")?;
+        self.current_task = Some(task_key.to_owned());
+        let examples = saturating_u32(task.examples.len());
+        output.events.push(Event { examples, ..Event::new(kind, &task.name, text) });
+        let evaluation = Evaluation::of(language, task, &self.perspectives, settings);
+        output.events.extend(evaluation.events(language, task));
+        Some(evaluation)
+    }
+
+    /// Says what was learned, and asks about what remains open.
+    fn say_learned(&mut self, task_key: &str, evaluation: &Evaluation, output: &mut Output) {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
         let Some(task) = require!(self.tasks.get(task_key), "`{task_key}` is a task") else { return };
         let name = task.name.clone();
-        self.current_task = Some(task_key.to_owned());
-        let examples = saturating_u32(task.examples.len());
-        output.events.push(Event { examples, ..Event::new(kind, &name, text) });
-        let evaluation = Evaluation::of(language, task, &self.perspectives, settings);
-        output.events.extend(evaluation.events(language, task));
         // With the default policy the explanation is only given on request.
         let is_said = settings.on_conflict != OnConflict::Human;
         let explanation = is_said.then(|| evaluation.explanation(language, task)).flatten();
@@ -447,7 +470,7 @@ impl<B: Body> Learner<B> {
             (None, _, Some(why)) => say(output, &name, &why),
             _ => {}
         }
-        self.question = Question::about(language, task_key, task, &evaluation, settings);
+        self.question = Question::about(language, task_key, task, evaluation, settings);
         if let Some(question) = &self.question {
             say(output, &name, &question.text);
             self.subject = Some(question.features.clone());
@@ -504,6 +527,7 @@ impl<B: Body> Learner<B> {
         }
         self.current_task = Some(key(name));
         self.stopped = None;
+        self.holds_still = false;
         self.performance = Some(Performance::new(&task.name, learned));
     }
 

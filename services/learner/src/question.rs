@@ -55,10 +55,17 @@ impl Question {
         Some(Self { task: key.to_owned(), text: inquiry.text, features, goal })
     }
 
-    /// The question about a kind of object that the robot knows of and the speaker of a sentence does not. `None` if
+    /// The question about a kind of object, one of those that are present, that the robot knows of and the speaker of a
+    /// sentence does not. `None` if
     /// there is none, or if each was asked or spoken about.
-    pub(crate) fn about_unknown(language: &Language, key: &str, task: &Task, speaker: u16) -> Option<Self> {
-        let (goal, kind) = unknown_kind(language, task, speaker)?;
+    pub(crate) fn about_unknown(
+        language: &Language,
+        key: &str,
+        task: &Task,
+        speaker: u16,
+        present: &BTreeSet<BTreeMap<String, String>>,
+    ) -> Option<Self> {
+        let (goal, kind) = unknown_kind(language, task, speaker, present)?;
         let mut question = Self::of_kind(language, key, task, kind.clone(), goal.clone());
         let thing = with_article(&named(language, task, &kind, &goal));
         question.text = format!("there is {thing} that you cannot see. {}", ask_about("it", &goal));
@@ -116,12 +123,13 @@ fn named(language: &Language, task: &Task, kind: &BTreeMap<String, String>, goal
     describe_object(language, &Object { features: kind.clone(), ..Object::default() }, shown)
 }
 
-/// A kind of object that a goal can apply to, that the robot knows of and a speaker does not, and about which nothing
-/// was said.
+/// A kind of object that a goal can apply to, that the robot knows of and a speaker does not, that is present, and about
+/// which nothing was said.
 fn unknown_kind(
     language: &Language,
     task: &Task,
     speaker: u16,
+    present: &BTreeSet<BTreeMap<String, String>>,
 ) -> Option<(Signature, BTreeMap<String, String>)> {
     let theirs: BTreeSet<&BTreeMap<String, String>> = task.views(speaker).flat_map(kinds).collect();
     if theirs.is_empty() {
@@ -134,7 +142,9 @@ fn unknown_kind(
             in_place.filter_map(|change| change.states()).map(|it| it.signature).collect();
         goals.into_iter().find_map(|goal| {
             let unknown = view.after.objects.iter().filter(|object| is_eligible(object, &goal));
-            let mut kinds = unknown.map(|object| &object.features).filter(|kind| !theirs.contains(kind));
+            let mut kinds = unknown
+                .map(|object| &object.features)
+                .filter(|kind| !theirs.contains(kind) && present.contains(*kind));
             let kind = kinds.find(|kind| !is_answered(task, kind, &goal))?.clone();
             Some((goal, kind))
         })

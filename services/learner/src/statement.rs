@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use geometry::{Base, Person, Pose};
 use language::{Act, ActKind, Scope};
-use tasks::{Description, KnownBy, Language, Object, Snapshot, Statement, describe_object, listed};
+use tasks::{
+    Description, KnownBy, Language, MAX_COUNT, Object, Snapshot, Statement, describe_object, listed,
+};
 
 /// Objects nearer to the middle of a perspective than this are on neither side, in metres.
 const SIDE_M: f64 = 0.01;
@@ -36,6 +38,14 @@ pub(crate) enum UnclearError {
         /// A feature.
         feature: String,
     },
+    /// It names no number that a rule can have.
+    #[error("I can only learn numbers from 1 to {MAX_COUNT}: please show me, and say \"I'm done\"")]
+    NumberOutOfRange,
+    /// The side of somebody whose point of view is not known.
+    #[error(
+        "I do not know where that is: I do not take your perspective. Please say which colour or shape you mean"
+    )]
+    NoPerspective,
     /// No object is there.
     #[error("I know of nothing {place}")]
     Nothing {
@@ -54,7 +64,7 @@ pub(crate) enum UnclearError {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hearing<'a> {
     pub(crate) language: &'a Language,
-    /// What the speaker knows of, as the robot believes; the robot's own view if that perspective is not simulated.
+    /// What the speaker knows of, as the robot believes; `None` if that perspective is not simulated.
     pub(crate) speakers: Option<&'a Snapshot>,
     pub(crate) own: Option<&'a Snapshot>,
     /// The states that the objects can have; every object if it is empty.
@@ -70,11 +80,11 @@ impl Hearing<'_> {
             return act.feature.clone().map(Statement::Irrelevant).ok_or_else(|| self.other());
         }
         if let (ActKind::TellCount, Some(count)) = (act.kind, act.count) {
-            let exactly = usize::try_from(count).ok().filter(|_| act.objects.is_empty());
-            return match exactly {
+            return match usize::try_from(count) {
                 _ if !self.has_numbers => Err(UnclearError::Number),
-                Some(count) => Ok(Statement::Exactly(count)),
-                None => Err(UnclearError::NumberOfKind { count }),
+                _ if !act.objects.is_empty() => Err(UnclearError::NumberOfKind { count }),
+                Ok(count) if (1..=MAX_COUNT).contains(&count) => Ok(Statement::Exactly(count)),
+                Ok(_) | Err(_) => Err(UnclearError::NumberOutOfRange),
             };
         }
         let says = [
@@ -148,8 +158,9 @@ impl Hearing<'_> {
         let is_left = matches!(act.scope, Some(Scope::MyLeft | Scope::YourLeft));
         let is_speakers = matches!(act.scope, Some(Scope::MyLeft | Scope::MyRight));
         // The speaker can only mean what they know of, wherever they say that it is.
-        let objects = self.speakers.map_or(&[][..], |view| &view.objects);
+        let objects = self.speakers.or(self.own).map_or(&[][..], |view| &view.objects);
         let frame = if is_speakers { self.speakers } else { self.own };
+        let frame = Some(frame.ok_or(UnclearError::NoPerspective)?);
         let x_person_base: Pose<Person, Base> = frame
             .and_then(|view| {
                 Pose::<Base, Person>::from_parts(view.frame_position_m, view.frame_orientation_xyzw)

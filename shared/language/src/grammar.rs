@@ -100,7 +100,9 @@ impl Grammar {
             return stop();
         }
         raw.truncate(MAX_WORDS);
-        let is_allowed = |attempt: &Attempt| self.is_allowed(attempt, text, stopping);
+        let is_allowed = |attempt: &Attempt| {
+            self.is_allowed(attempt, text, stopping) && self.may_tell(attempt, &raw, text, context)
+        };
         let Some(attempt) = self.attempt(&raw, context, is_allowed) else {
             let hints = self.hints(&raw, text, context);
             let (act, sentence) = self.nearest.find(&hints);
@@ -207,6 +209,28 @@ impl Grammar {
         let asks = !is_request && (is_question_mark(text) || self.lexicon.is_question(&attempt.sentence));
         let negates = attempt.sentence.iter().any(|token| self.lexicon.is_negation(&token.word));
         stopping == Stopping::None && !asks && !negates
+    }
+
+    /// Whether a sentence may tell something about a rule. A question does not, nor one in which a word that says
+    /// nothing stands between a negation and what it negates: "not just the red ones". "No, red ones" does not negate
+    /// them.
+    fn may_tell(&self, attempt: &Attempt, raw: &[Token], text: &str, context: &Context) -> bool {
+        if !attempt.kind.is_telling() {
+            return true;
+        }
+        let pairs = || raw.iter().zip(raw.iter().skip(1));
+        let weakens = pairs().any(|(first, second)| {
+            self.lexicon.is_negation(&first.word)
+                && self.lexicon.is_filler(&second.word)
+                && !second.begins_clause
+        });
+        let negates_nothing = attempt.kind == ActKind::TellNot
+            && pairs().any(|(first, second)| {
+                self.lexicon.is_negation(&first.word)
+                    && second.begins_clause
+                    && self.lexicon.feature(&second.word, &context.features).is_some()
+            });
+        !is_question_mark(text) && !weakens && !negates_nothing
     }
 
     /// What a sentence that no rule covers seems to be about.

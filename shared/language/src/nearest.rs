@@ -57,9 +57,16 @@ impl Nearest {
             let kind = candidate.kind;
             let is_moving = kind.is_movement() && (hints.is_question || hints.is_negated);
             let is_other = hints.is_question && !kind.is_question();
+            // The nearest telling would be the opposite.
+            let is_opposite = hints.is_negated && kind.is_telling();
             let lacks_task = candidate.say.contains("{task}") && hints.task.is_none();
             let lacks_object = candidate.say.contains("{object}") && hints.object.is_empty();
-            !is_moving && !is_other && !lacks_task && !lacks_object && !candidate.say.contains("{name}")
+            !is_moving
+                && !is_other
+                && !is_opposite
+                && !lacks_task
+                && !lacks_object
+                && !candidate.say.contains("{name}")
         };
         let possible: Vec<&Candidate> = self.candidates.iter().filter(is_possible).collect();
         let mut best: Option<(usize, &Candidate)> = None;

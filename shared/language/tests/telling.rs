@@ -1,6 +1,6 @@
 //! What people tell about a rule, in both languages.
 
-use language::{Act, BuiltIn, Context, Grammar, Reading};
+use language::{Act, ActKind, BuiltIn, Context, Grammar, Reading};
 
 fn context() -> Context {
     let strings = |words: &str| words.split(' ').map(str::to_owned).collect();
@@ -64,6 +64,11 @@ fn english_sentences_tell_a_rule() {
         ("it does not matter which colour", "TellIrrelevant colour"),
         ("it doesn't matter what color they are", "TellIrrelevant colour"),
         ("the size is not important", "TellIrrelevant size"),
+        ("no, the red ones", "TellOnly [red]"),
+        ("no, red ones!", "TellOnly [red]"),
+        ("no red ones", "TellNot [red]"),
+        ("no, only the red ones", "TellOnly [red]"),
+        ("neither the red nor the green ones", "TellNot [red, green]"),
         ("no matter how big they are", "TellIrrelevant size"),
         ("regardless of the shape", "TellIrrelevant shape"),
         ("any colour will do", "TellIrrelevant colour"),
@@ -72,6 +77,45 @@ fn english_sentences_tell_a_rule() {
         ("only 4 of them", "TellCount 4"),
     ] {
         assert_eq!(read(&grammar, text), expected, "{text}");
+    }
+}
+
+#[test]
+fn sentences_that_are_not_understood_are_not_taken_for_the_opposite() {
+    for (grammar, texts) in [
+        (
+            BuiltIn::English.grammar(),
+            &[
+                "never leave out the blue ones",
+                "never without the red ones",
+                "not just the red ones",
+                "not only the red ones",
+                "not all the red ones",
+                "do not fill all the red ones",
+                "I don't want the red ones",
+                "the red ones don't matter",
+                "any colour except red",
+                "not all of them",
+                "unless it is blue",
+                "the blue one is not on my left",
+                "only the red ones?",
+                "all of them?",
+                "take the blue block",
+                "use the red peg",
+                "it is red",
+            ][..],
+        ),
+        (BuiltIn::German.grammar(), &["keine außer den roten", "nicht ohne die roten", "nicht alle roten"]),
+    ] {
+        for text in texts {
+            let (act, is_understood) = match grammar.understand(text, &context()) {
+                Reading::Understood(act) => (act, true),
+                Reading::Guessed { act, .. } => (act, false),
+            };
+            // The general act says that nothing was learned.
+            let is_harmless = !act.kind.is_telling() || act.kind == ActKind::Tell;
+            assert!(is_harmless, "{text}: {act:?}, understood: {is_understood}");
+        }
     }
 }
 

@@ -27,4 +27,4 @@ pub use identity::{Identities, WriterState};
 pub use recording::{NothingChangedError, Recording};
 pub use snapshot::{Object, Snapshot};
 pub use telling::{Description, KnownBy, Statement, Telling};
-pub use told::{Contradiction, contradictions_of, is_told, told, told_counts};
+pub use told::{Contradiction, NumberedView, contradictions_of, is_told, told, told_counts};

@@ -18,6 +18,7 @@ mod seen_kinds;
 mod selection;
 mod settings;
 
+pub use extended::MAX_COUNT;
 pub(crate) use goal_belief::{DemonstratedObject, Demonstration, GoalBelief};
 pub(crate) use hypothesis::{Described, Hypothesis, Scored, TIE};
 pub(crate) use key::{Key, Mask, field, has, key_mask, present, with_field};

@@ -43,13 +43,13 @@ pub use decision::{
 };
 pub use demonstration::{
     Action, ActionContext, ActionEffect, ActionParser, Change, Contradiction, Description, Effect, Example,
-    Executable, Identities, KnownBy, NothingChangedError, Object, Recording, Signature, Snapshot, Statement,
-    Task, Telling, View, WriterState, action_effects, changes, contradictions_of, counterparts,
-    describe_change, describe_object, is_told, told, told_counts, vanished,
+    Executable, Identities, KnownBy, NothingChangedError, NumberedView, Object, Recording, Signature,
+    Snapshot, Statement, Task, Telling, View, WriterState, action_effects, changes, contradictions_of,
+    counterparts, describe_change, describe_object, is_told, told, told_counts, vanished,
 };
 pub use hypotheses::{
-    Class, HypothesisLanguage, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRangeError, OnConflict, Prior,
-    Relation, Selection, Settings, Template,
+    Class, HypothesisLanguage, MAX_COUNT, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRangeError, OnConflict,
+    Prior, Relation, Selection, Settings, Template,
 };
 pub use language::{FeatureWords, Language, StateWords, key, listed, with_article};
 

@@ -27,6 +27,10 @@ impl<B: Body> Learner<B> {
             let context = Context { is_moving: requests || self.performance.is_some(), ..self.context() };
             if self.grammar.is_stop(&sentence.text, &context) {
                 self.stop(now, present_rad, output);
+                let meant = self.grammar.understand(&sentence.text, &self.context());
+                if matches!(meant, Reading::Understood(act) if act.kind.is_telling()) {
+                    say(output, "", "if that was about the rule, please say it again now");
+                }
                 for waiting in std::mem::take(&mut self.pending_sentences) {
                     match self.request(&waiting) {
                         Some(name) => self.cancel_request(&name, output),
@@ -80,6 +84,24 @@ impl<B: Body> Learner<B> {
     ) {
         let proposal = self.proposal.take();
         match (self.grammar.understand(&said.text, &self.context()), proposal) {
+            // A question about a contradiction stays open while the teacher asks something, and is repeated where the
+            // answer is not understood.
+            (Reading::Guessed { .. }, Some(Proposal::GoByWords { task, .. })) => {
+                say(output, "", "please answer with yes or no");
+                self.ask_about_contradiction(&task, output);
+            }
+            (Reading::Understood(act), Some(proposal)) if self.repeats(&act, &proposal) => {
+                self.accept(now, said, proposal, present_rad, output);
+            }
+            (Reading::Understood(act), Some(proposal @ Proposal::GoByWords { .. }))
+                if act.kind.is_question() =>
+            {
+                self.do_act(now, said, &act, present_rad, output);
+                self.proposal = self.proposal.take().or(Some(proposal));
+            }
+            (Reading::Understood(act), Some(Proposal::Which(kind))) if act.kind == ActKind::TellOnly => {
+                self.do_act(now, said, &Act { kind, ..act }, present_rad, output);
+            }
             (Reading::Guessed { act, sentence }, _) => {
                 self.ask_back(now, &said.text, act, &sentence, present_rad, output);
             }
@@ -248,6 +270,8 @@ impl<B: Body> Learner<B> {
     /// Holds the body still and ends the performance.
     pub(super) fn stop(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
         self.has_started_body = true;
+        self.holds_still = true;
+        self.subject = None;
         self.question = None;
         self.proposal = None;
         self.body.begin(now, Skill::Hold, present_rad);

@@ -7,7 +7,7 @@ use tasks::{Task, key};
 
 use super::utterance_queue::PendingSentence;
 use super::{Learner, Output, say};
-use crate::Body;
+use crate::{Body, answers};
 
 /// What Leo does if the next sentence is "yes".
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,6 +18,8 @@ pub(super) enum Proposal {
     ForgetTask(String),
     /// Forgets the last example of a task, by its key.
     ForgetExample(String),
+    /// Completes a sentence about a rule, of this kind, with the object that the next sentence names.
+    Which(ActKind),
     /// Goes by a sentence, against what contradicts it. "No" forgets the sentence.
     GoByWords {
         /// The key of the task.
@@ -68,6 +70,7 @@ impl<B: Body> Learner<B> {
             Proposal::Act(act) => self.do_act(now, said, &act, present_rad, output),
             Proposal::ForgetTask(task) => self.forget_task(&task, output),
             Proposal::ForgetExample(task) => self.forget_example(&task, output),
+            Proposal::Which(_) => say(output, "", "please say which one, for example by its colour"),
             Proposal::GoByWords { task, example } => self.settle_contradiction(&task, example, true, output),
         }
     }
@@ -76,16 +79,20 @@ impl<B: Body> Learner<B> {
     pub(super) fn propose_to_forget(&mut self, name: Option<&str>, output: &mut Output) {
         let Some(task) = self.known_task(name, output) else { return };
         let (key, name) = (key(&task.name), task.name.clone());
-        let examples =
-            quantity::number::counted(quantity::number::saturating_u32(task.examples.len()), "example");
-        say(output, &name, &format!("Should I forget {name} and its {examples}?"));
+        let examples = answers::evidence(task);
+        say(output, &name, &format!("Should I forget {name}, with {examples}?"));
         self.proposal = Some(Proposal::ForgetTask(key));
     }
 
     /// Proposes to undo the last step: the last example of the current task.
     pub(super) fn propose_to_undo(&mut self, output: &mut Output) {
-        if let Some(teaching) = &self.teaching {
+        if let Some(teaching) = &mut self.teaching {
             let name = &teaching.recording.task;
+            if let Some(last) = teaching.told.pop() {
+                let words = last.statement.words(&self.vocabulary.language);
+                say(output, name, &format!("all right, I forget \"{words}\""));
+                return;
+            }
             let text = format!(
                 "I cannot undo one act of a showing yet: say \"Cancel\", and show me {name} from the beginning"
             );

@@ -63,7 +63,7 @@ impl<B: Body> Learner<B> {
             Some((rule, posterior, tally, examples)) if evaluation.open_question().is_none() => {
                 let percent = (posterior * 100.0).floor();
                 format!(
-                    "I am {percent} % sure that {} is \"{rule}\": {tally} of {examples} showings say so",
+                    "I am {percent} % sure that {} is \"{rule}\": {tally} of {examples} examples say so",
                     task.name
                 )
             }

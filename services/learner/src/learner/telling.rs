@@ -16,7 +16,7 @@ use super::utterance_queue::PendingSentence;
 use super::{Learner, Output, StoreChange, say};
 use crate::Body;
 use crate::question::Question;
-use crate::statement::Hearing;
+use crate::statement::{Hearing, UnclearError};
 
 impl<B: Body> Learner<B> {
     /// Learns from a sentence about a rule: that of the task that is being shown, or of the current one.
@@ -34,20 +34,32 @@ impl<B: Body> Learner<B> {
         };
         let snapshots = self.views.snapshots(now, &self.vocabulary.language, &self.perspectives);
         let language = &self.vocabulary.language;
-        let states = self.tasks.get(&key(&name)).map(|task| goal_states(language, task)).unwrap_or_default();
+        let task = self.tasks.get(&key(&name));
+        let states = task.map(|task| goal_states(language, task)).unwrap_or_default();
+        if task.is_some() && states.is_empty() {
+            let text = format!(
+                "{name} is about places, and I can only be told about kinds of things: please show me"
+            );
+            return say(output, &name, &text);
+        }
         let hearing = Hearing {
             language,
-            speakers: snapshots.get(&said.speaker).or_else(|| snapshots.get(&0)),
+            speakers: snapshots.get(&said.speaker),
             own: snapshots.get(&0),
             states: &states,
             has_numbers: self.settings.learning.language == HypothesisLanguage::Extended,
         };
         let statement = match hearing.statement(act) {
             Ok(statement) => statement,
-            Err(unclear) => return say(output, &name, &unclear.to_string()),
+            Err(unclear) => {
+                if matches!(unclear, UnclearError::Ambiguous { .. }) {
+                    self.proposal = Some(Proposal::Which(act.kind));
+                }
+                return say(output, &name, &unclear.to_string());
+            }
         };
-        let telling = Telling { speaker: said.speaker, statement, prevails: false };
-        let words = telling.statement.words(&self.vocabulary.language);
+        let telling = Telling { speaker: said.speaker, statement, prevails: None };
+        let words = telling.statement.words(language);
         if let Some(teaching) = &mut self.teaching {
             say(output, &name, &format!("I understand: {words}. I keep that beside what you show me"));
             teaching.told.push(telling);
@@ -55,10 +67,13 @@ impl<B: Body> Learner<B> {
         }
         say(output, &name, &format!("I understand: {words}"));
         let task_key = key(&name);
-        self.add_told(&task_key, vec![telling], output);
-        if !self.ask_about_contradiction(&task_key, output) {
-            self.report_learned(&task_key, EventKind::Told, &words, output);
-            self.ask_about_hidden(&task_key, output);
+        self.add_told(&task_key, vec![telling.clone()], output);
+        let evaluation = self.publish_learned(&task_key, EventKind::Told, &words, output);
+        if !self.ask_about_contradiction(&task_key, output)
+            && let Some(evaluation) = evaluation
+        {
+            self.say_learned(&task_key, &evaluation, output);
+            self.ask_about_hidden(&task_key, &[telling], output);
         }
     }
 
@@ -72,50 +87,31 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// Asks about what was said: about a contradiction, or else about what its speaker cannot know of.
-    pub(super) fn ask_about_told(&mut self, task_key: &str, output: &mut Output) {
+    /// After a demonstration: asks about a sentence that it contradicts, or else about what a speaker of `told` cannot
+    /// know of.
+    pub(super) fn ask_about_told(&mut self, task_key: &str, told: &[Telling], output: &mut Output) {
         if !self.ask_about_contradiction(task_key, output) {
-            self.ask_about_hidden(task_key, output);
+            self.ask_about_hidden(task_key, told, output);
         }
     }
 
     /// Asks whether a sentence prevails over what contradicts it. Returns whether there is such a sentence.
-    fn ask_about_contradiction(&mut self, task_key: &str, output: &mut Output) -> bool {
+    pub(super) fn ask_about_contradiction(&mut self, task_key: &str, output: &mut Output) -> bool {
         let language = &self.vocabulary.language;
         let Some(task) = self.tasks.get(task_key) else { return false };
-        let tellings =
-            task.examples.iter().enumerate().filter_map(|(index, one)| Some((index, one.telling.as_ref()?)));
-        let found = tellings.filter(|(_, telling)| !telling.prevails).find_map(|(index, telling)| {
-            let found = contradictions_of(language, task, &self.perspectives, telling);
-            (!found.is_empty()).then_some((index, telling.statement.words(language), found))
+        let tellings = task.examples.iter().enumerate().rev();
+        let tellings = tellings.filter_map(|(number, example)| Some((number, example.telling.as_ref()?)));
+        let mut found = tellings.filter_map(|(number, telling)| {
+            let found = contradictions_of(language, task, &self.perspectives, number);
+            (!found.is_empty()).then_some((number, telling.statement.words(language), found))
         });
-        let Some((index, words, found)) = found else { return false };
-        let states = goal_states(language, task);
-        let of_goals = |object: &&Object| object.states.keys().any(|state| states.contains(state));
-        let all: Vec<&Object> = task.views(0).flat_map(|view| &view.after.objects).filter(of_goals).collect();
-        let name = |contradiction: &Contradiction| {
-            let object = Object { features: contradiction.kind.clone(), ..Object::default() };
-            format!("the {}", describe_object(language, &object, all.iter().copied()))
-        };
-        let of_kind = |is_told: bool| -> Vec<String> {
-            let shown = found.iter().filter(|one| one.said.is_none() && one.is_told == is_told);
-            shown.map(&name).collect()
-        };
-        let mut parts = Vec::new();
-        for (objects, did) in [(of_kind(false), "you worked on"), (of_kind(true), "you left out")] {
-            if !objects.is_empty() {
-                parts.push(format!("{did} {}", listed(&objects)));
-            }
-        }
-        if let Some(earlier) = found.iter().find_map(|one| one.said.as_ref()) {
-            parts.push(format!("you said \"{}\" before", earlier.words(language)));
-        }
+        let Some((number, words, found)) = found.next() else { return false };
+        let parts = listed(&contradicting(language, task, &found));
         let name = task.name.clone();
-        let parts = listed(&parts);
         say(output, &name, &format!("you said \"{words}\", but {parts}. Should I go by \"{words}\"?"));
         self.subject = found.first().map(|contradiction| contradiction.kind.clone());
         self.question = None;
-        self.proposal = Some(Proposal::GoByWords { task: task_key.to_owned(), example: index });
+        self.proposal = Some(Proposal::GoByWords { task: task_key.to_owned(), example: number });
         true
     }
 
@@ -129,39 +125,92 @@ impl<B: Body> Learner<B> {
     ) {
         let language = &self.vocabulary.language;
         let Some(task) = self.tasks.get_mut(task_key) else { return };
-        if prevails {
-            let telling = task.examples.get_mut(example).and_then(|example| example.telling.as_mut());
-            let Some(telling) = require!(telling, "example {example} of `{task_key}` is a sentence") else {
-                return;
-            };
-            telling.prevails = true;
-        } else if example < task.examples.len() {
+        let examples = task.examples.len();
+        let telling = task.examples.get_mut(example).and_then(|example| example.telling.as_mut());
+        let Some(telling) = require!(telling, "example {example} of `{task_key}` is a sentence") else {
+            return;
+        };
+        let words = telling.statement.words(language);
+        let text = if prevails {
+            telling.prevails = Some(examples);
+            format!("all right, I go by \"{words}\"")
+        } else {
             task.examples.remove(example);
-        }
-        let words = if prevails { "what you said" } else { "what you showed and said before" };
+            // The numbers of the examples behind it are one less now.
+            for later in task.examples.iter_mut().filter_map(|example| example.telling.as_mut()) {
+                later.prevails = later.prevails.map(|before| before - usize::from(before > example));
+            }
+            format!("all right, I forget \"{words}\"")
+        };
         let name = task.name.clone();
         output.save.push(StoreChange::Rewrite { key: task_key.to_owned(), task: Some(task.clone()) });
-        let told = task.tellings().map(|telling| telling.statement.words(language)).collect::<Vec<_>>();
-        say(output, &name, &format!("all right, I go by {words}"));
-        self.report_learned(task_key, EventKind::Told, &listed(&told), output);
-        self.ask_about_contradiction(task_key, output);
+        say(output, &name, &text);
+        let evaluation = self.publish_learned(task_key, EventKind::Told, &words, output);
+        if !self.ask_about_contradiction(task_key, output)
+            && let Some(evaluation) = evaluation
+        {
+            self.say_learned(task_key, &evaluation, output);
+        }
     }
 
-    /// "All of them" of somebody who does not know of all: asks about a kind of object that they cannot know of.
-    fn ask_about_hidden(&mut self, task_key: &str, output: &mut Output) {
+    /// Whether an act repeats the sentence that Leo asks about: then it is the answer "yes".
+    pub(super) fn repeats(&self, act: &Act, proposal: &Proposal) -> bool {
+        let Proposal::GoByWords { task, example } = proposal else { return false };
+        let example = self.tasks.get(task).and_then(|task| task.examples.get(*example));
+        let asked = example.and_then(|example| example.telling.as_ref()).map(|telling| &telling.statement);
+        let language = &self.vocabulary.language;
+        let states = BTreeSet::new();
+        let hearing = Hearing { language, speakers: None, own: None, states: &states, has_numbers: true };
+        act.kind.is_telling() && asked.is_some() && hearing.statement(act).ok().as_ref() == asked
+    }
+
+    /// "All of them" of somebody who does not know of all: asks about a kind of object that is there, and that they
+    /// cannot know of.
+    fn ask_about_hidden(&mut self, task_key: &str, told: &[Telling], output: &mut Output) {
         let Some(task) = self.tasks.get(task_key) else { return };
-        let is_all = |telling: &Telling| {
+        let is_all = |telling: &&Telling| {
             let Statement::Also(which) = &telling.statement else { return false };
             which.iter().any(|which| which.features.is_empty() && which.known == Some(KnownBy::Speaker))
         };
-        let Some(telling) = task.tellings().filter(|telling| is_all(telling)).last() else { return };
-        let question = Question::about_unknown(&self.vocabulary.language, task_key, task, telling.speaker);
+        let (Some(telling), Some(own)) =
+            (told.iter().rfind(is_all), self.views.own(&self.vocabulary.language))
+        else {
+            return;
+        };
+        let present = own.objects.into_iter().map(|object| object.features).collect();
+        let language = &self.vocabulary.language;
+        let question = Question::about_unknown(language, task_key, task, telling.speaker, &present);
         if let Some(question) = question {
             say(output, &task.name, &question.text);
             self.subject = Some(question.features.clone());
             self.question = Some(question);
         }
     }
+}
+
+/// What contradicts a sentence, in words: "you worked on the green square".
+fn contradicting(language: &Language, task: &Task, found: &[Contradiction]) -> Vec<String> {
+    let states = goal_states(language, task);
+    let of_goals = |object: &&Object| object.states.keys().any(|state| states.contains(state));
+    let all: Vec<&Object> = task.views(0).flat_map(|view| &view.after.objects).filter(of_goals).collect();
+    let named = |contradiction: &Contradiction| {
+        let object = Object { features: contradiction.kind.clone(), ..Object::default() };
+        format!("the {}", describe_object(language, &object, all.iter().copied()))
+    };
+    let of_kind = |is_told: bool| -> Vec<String> {
+        let shown = found.iter().filter(|one| one.said.is_none() && one.is_told == is_told);
+        shown.map(&named).collect()
+    };
+    let mut parts = Vec::new();
+    for (objects, did) in [(of_kind(false), "you worked on"), (of_kind(true), "you left out")] {
+        if !objects.is_empty() {
+            parts.push(format!("{did} {}", listed(&objects)));
+        }
+    }
+    if let Some(earlier) = found.iter().find_map(|one| one.said.as_ref()) {
+        parts.push(format!("you said \"{}\" before", earlier.words(language)));
+    }
+    parts
 }
 
 /// The states that the goals of a task are about.

@@ -106,7 +106,7 @@ fn a_sentence_that_contradicts_what_was_shown_is_asked_about() {
         run
     };
     let mut run = taught("yes");
-    assert_eq!(run.known["filling"].tellings().filter(|telling| telling.prevails).count(), 1);
+    assert_eq!(run.known["filling"].tellings().filter(|telling| telling.prevails.is_some()).count(), 1);
     assert!(!filled(&mut run).contains(&"green"));
     let yes = run.transcript();
     let mut run = taught("no");
@@ -195,6 +195,8 @@ fn an_ambiguous_or_unclear_sentence_is_asked_back() {
     say(&mut run, "three of them");
     say(&mut run, "the colour matters");
     say(&mut run, "the red ones");
+    say(&mut run, "undo that");
+    say(&mut run, "the red ones");
     run.insert(0, 0);
     run.say("I'm done");
     run.steps(10);
@@ -244,6 +246,73 @@ fn leo_looks_at_what_it_speaks_of_unless_it_was_stopped() {
     let before = run.table.borrow().skills.len();
     run.say("where is the red square?");
     assert_eq!(run.table.borrow().skills.len(), before, "it holds still");
+}
+
+#[test]
+fn a_question_about_a_contradiction_stays_open_until_it_is_answered() {
+    let asked = |run: &mut LearnerHarness| {
+        show(run, &["red", "green", "blue"], &[0, 1], &[]);
+        run.say("not the green ones");
+    };
+    for answers in [
+        &["why?", "what did you learn?", "yes"][..],
+        &["yess", "yes"],
+        &["not the green ones"],
+        &["yes, not the green ones"],
+    ] {
+        let mut run = LearnerHarness::new(1, Vec::new());
+        asked(&mut run);
+        answers.iter().for_each(|answer| run.say(answer));
+        let told: Vec<Option<usize>> =
+            run.known["filling"].tellings().map(|telling| telling.prevails).collect();
+        assert_eq!(told, [Some(2)], "{answers:?}\n{}", run.transcript());
+        assert_eq!(filled(&mut run), ["red", "red"], "{answers:?}");
+    }
+}
+
+#[test]
+fn a_later_demonstration_that_contradicts_a_sentence_is_asked_about() {
+    let mut run = LearnerHarness::new(1, Vec::new());
+    show(&mut run, &["red", "red", "green", "blue"], &[0, 1], &["only the red ones"]);
+    show(&mut run, &["red", "red", "green", "blue"], &[0, 1, 2], &[]);
+    let asked = run.texts(EventKind::Said).pop().unwrap();
+    assert!(asked.contains("you worked on the green square") && asked.ends_with('?'), "{asked}");
+    run.say("no");
+    assert_eq!(run.known["filling"].tellings().count(), 0);
+    assert_eq!(run.known["filling"].examples.len(), 2);
+}
+
+#[test]
+fn the_answer_to_which_one_completes_the_sentence() {
+    let mut run = LearnerHarness::new(1, Vec::new());
+    show(&mut run, &["red", "green", "yellow", "red", "blue"], &[0, 3], &[]);
+    let asked = reply(&mut run, "not the one on my left");
+    assert!(asked.starts_with("which one do you mean"), "{asked}");
+    let understood = reply(&mut run, "the green one");
+    assert!(understood.starts_with("I understand: not the green ones"), "{understood}");
+}
+
+#[test]
+fn without_the_perspective_of_a_speaker_their_left_is_unknown() {
+    let mut run = LearnerHarness::new(0, Vec::new());
+    show(&mut run, &["red", "green", "blue"], &[0], &[]);
+    let reply = reply(&mut run, "only the one on my left");
+    assert!(reply.contains("your perspective"), "{reply}");
+    assert_eq!(run.known["filling"].tellings().count(), 0);
+}
+
+#[test]
+fn a_task_about_places_takes_no_sentence_about_kinds() {
+    let mut run = LearnerHarness::new(1, Vec::new());
+    run.lay_anew(&["red", "green", "blue"], Some(2));
+    run.say("Let me show you moving");
+    run.steps(20);
+    run.table.borrow_mut().things[0].place_m[0] += 0.15;
+    run.steps(50);
+    run.say("I'm done");
+    run.steps(10);
+    let reply = reply(&mut run, "only the red ones");
+    assert!(reply.contains("places"), "{reply}");
 }
 
 #[test]

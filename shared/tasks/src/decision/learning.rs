@@ -81,7 +81,7 @@ impl Learning {
         self.add_view(view, true);
     }
 
-    fn add_view(&mut self, view: &View, is_answer: bool) {
+    fn add_view(&mut self, view: &View, is_hypothetical: bool) {
         let mut changes = changes(&view.before, &view.after, self.language.moved_m);
         let moved = Signature::from([Effect::Moved]);
         if changes.values().any(|change| change.signature != moved) {
@@ -99,7 +99,7 @@ impl Learning {
             },
             object: object.clone(),
         });
-        let new = Demonstration { objects: objects.collect(), is_answer, count: None };
+        let new = Demonstration { objects: objects.collect(), is_hypothetical, count: None };
         let signatures: BTreeSet<&Signature> = new
             .objects
             .iter()
@@ -120,7 +120,7 @@ impl Learning {
     /// Adds a sentence: the rule applies to this number of objects. Only rules of
     /// [`HypothesisLanguage::Extended`](crate::HypothesisLanguage::Extended) have numbers.
     pub fn add_count(&mut self, count: usize) {
-        let new = Demonstration { objects: Vec::new(), is_answer: true, count: Some(count) };
+        let new = Demonstration { objects: Vec::new(), is_hypothetical: true, count: Some(count) };
         self.goals.values_mut().for_each(|goal| goal.add(&new, &self.lexicon));
         self.demonstrations.push(new);
     }

@@ -17,9 +17,10 @@ pub struct Telling {
     pub speaker: u16,
     /// What it says about the rule.
     pub statement: Statement,
-    /// Whether it prevails over what contradicts it: the teacher confirmed it after Leo had asked.
-    #[serde(default)]
-    pub prevails: bool,
+    /// The number of the first examples over which it prevails where they contradict it: the teacher confirmed it after
+    /// Leo had asked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prevails: Option<usize>,
 }
 
 /// What a sentence says about the objects that a rule applies to.
@@ -79,7 +80,9 @@ impl Description {
             KnownBy::Robot => known.robot.contains(kind),
         });
         let values = self.features.iter().map(|(name, value)| Some(kind.get(name)? == value));
-        values.chain([Some(is_known)]).try_fold(true, |all, one| Some(all && one?))
+        let all: Vec<Option<bool>> = values.chain([Some(is_known)]).collect();
+        // What differs in one feature is another kind, whatever else is unknown.
+        if all.contains(&Some(false)) { Some(false) } else { (!all.contains(&None)).then_some(true) }
     }
 
     /// It in words, said to the speaker: "red squares", "ones that you can see".
@@ -118,6 +121,17 @@ impl Statement {
             Self::AllBut(_) => is_meant.then_some(false).or_else(|| is_other.then_some(true)),
             Self::Irrelevant(_) | Self::Exactly(_) => None,
         }
+    }
+
+    /// The features by which it names objects.
+    pub(crate) fn named(&self) -> impl Iterator<Item = &Kind> {
+        let which = match self {
+            Self::Only(which) | Self::Also(which) | Self::Not(which) | Self::AllBut(which) => {
+                which.as_slice()
+            }
+            Self::Irrelevant(_) | Self::Exactly(_) => &[],
+        };
+        which.iter().filter(|which| which.known.is_none()).map(|which| &which.features)
     }
 
     /// Whether it names a kind, so that its speaker knows that there are such objects.

@@ -30,7 +30,7 @@ pub(crate) struct Episode {
     pub(crate) changed: Vec<ObjectKind>,
     pub(crate) left_out: Vec<ObjectKind>,
     /// Whether its objects are hypothetical: those of an answer or of a sentence.
-    pub(crate) is_answer: bool,
+    pub(crate) is_hypothetical: bool,
     /// The number of objects that a sentence says the rule applies to. Such an episode has no objects.
     pub(crate) count: Option<usize>,
 }
@@ -54,7 +54,7 @@ impl Episode {
             kinds
         };
         let (changed, left_out) = (kinds(Label::Changed), kinds(Label::LeftOut));
-        Self { labeled_objects, changed, left_out, is_answer: false, count: None }
+        Self { labeled_objects, changed, left_out, is_hypothetical: false, count: None }
     }
 
     /// Whether the demonstration is consistent with a set of kinds: every changed object is covered, and no

@@ -21,7 +21,7 @@ use super::selection::{Extent, Place, Relation, Selection};
 /// Selections are only made from sets with at most this description cost.
 const MAX_SELECTED_COST: usize = 2;
 /// Maximum number in "exactly n" (subitizing range of people).
-const MAX_EXACTLY: usize = 7;
+pub const MAX_COUNT: usize = 7;
 /// Maximum number in "all but n".
 const MAX_ALL_BUT: usize = 3;
 
@@ -114,7 +114,7 @@ impl Extended {
                 standing.label_errors += label_errors;
                 standing.tally += usize::from(label_errors == 0);
             }
-            if episode.is_answer {
+            if episode.is_hypothetical {
                 // An object without a position may or may not be among a number, or have a relation. Both answers are
                 // consistent and equally probable.
                 for one in &mut self.selected {
@@ -351,7 +351,7 @@ fn last_kept<K>(
 }
 
 fn selections() -> impl Iterator<Item = Selection> {
-    let exactly = (1..=MAX_EXACTLY).map(Selection::Exactly);
+    let exactly = (1..=MAX_COUNT).map(Selection::Exactly);
     let all_but = (1..=MAX_ALL_BUT).map(Selection::AllBut);
     exactly.chain(all_but).chain(Relation::ALL.map(Selection::Relation))
 }

@@ -23,7 +23,7 @@ pub(crate) struct Demonstration {
     /// The objects at its end.
     pub(crate) objects: Vec<DemonstratedObject>,
     /// Whether its objects are hypothetical: those of an answer or of a sentence.
-    pub(crate) is_answer: bool,
+    pub(crate) is_hypothetical: bool,
     /// The number of objects that a sentence says the rule applies to.
     pub(crate) count: Option<usize>,
 }
@@ -93,7 +93,7 @@ impl GoalBelief {
             let displaced = change.as_ref().is_some_and(|change| change.displaced);
             let label = if change.as_ref().is_some_and(|change| change.signature == self.signature) {
                 // An answer or a sentence is about an object without a place.
-                self.is_displaced &= displaced || demonstration.is_answer;
+                self.is_displaced &= displaced || demonstration.is_hypothetical;
                 self.kinds.insert(object.features.clone());
                 Label::Changed
             } else if is_achieved(object, &self.signature, displaced) {
@@ -104,8 +104,8 @@ impl GoalBelief {
             is_new |= self.seen.register(*key);
             labeled_objects.push(LabeledObject { key: *key, label, place: *place });
         }
-        let Demonstration { is_answer, count, .. } = *demonstration;
-        self.episodes.push(Episode { is_answer, count, ..Episode::new(labeled_objects) });
+        let Demonstration { is_hypothetical, count, .. } = *demonstration;
+        self.episodes.push(Episode { is_hypothetical, count, ..Episode::new(labeled_objects) });
         if let Engine::Extended(short, _) = &mut self.engine
             && is_new
         {
