@@ -97,6 +97,12 @@ enum leo_event_kind {
     LEO_EVENT_KIND_MOVEMENT_SEEN = 17,
     /* A task from memory, followed by its hypotheses; sent to new subscribers. */
     LEO_EVENT_KIND_REMEMBERED = 18,
+    /* A teacher said something about a task's rule, and the sentence became an example; the text is what Leo understood. */
+    LEO_EVENT_KIND_TOLD = 19,
+    /* A task has another name now: the text. */
+    LEO_EVENT_KIND_RENAMED = 20,
+    /* A task was forgotten; the text is its name. */
+    LEO_EVENT_KIND_FORGOTTEN = 21,
 };
 
 /* The kind of a feature, and so the meaning of its four numbers in shared memory. */

@@ -60,6 +60,12 @@ class EventKind(enum.IntEnum):
     MOVEMENT_SEEN = 17
     # A task from memory, followed by its hypotheses; sent to new subscribers.
     REMEMBERED = 18
+    # A teacher said something about a task's rule, and the sentence became an example; the text is what Leo understood.
+    TOLD = 19
+    # A task has another name now: the text.
+    RENAMED = 20
+    # A task was forgotten; the text is its name.
+    FORGOTTEN = 21
 
 
 # The kind of a feature, and so the meaning of its four numbers in shared memory.

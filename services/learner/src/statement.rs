@@ -41,7 +41,7 @@ pub(crate) enum UnclearError {
     /// It names no number that a rule can have.
     #[error("I can only learn numbers from 1 to {MAX_COUNT}: please show me, and say \"I'm done\"")]
     NumberOutOfRange,
-    /// The side of somebody whose point of view is not known.
+    /// The side of a person, where their point of view is not known.
     #[error(
         "I do not know where that is: I do not take your perspective. Please say which colour or shape you mean"
     )]

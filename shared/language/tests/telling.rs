@@ -149,7 +149,7 @@ fn a_robot_that_moves_stops_when_it_is_told_a_rule() {
 
 #[test]
 fn a_rule_for_a_scope_that_does_not_exist_is_refused() {
-    let english = include_str!("../../../config/language/en.toml");
+    let english = include_str!("../en.toml");
     let text = english.replace("scope_i_see", "scope_they_see");
     let error = Grammar::parse(&text, std::path::Path::new("en.toml")).expect_err("there is no such scope");
     let error = error.to_string();

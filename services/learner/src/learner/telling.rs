@@ -81,7 +81,7 @@ impl<B: Body> Learner<B> {
     pub(super) fn add_told(&mut self, task_key: &str, told: Vec<Telling>, output: &mut Output) {
         for telling in told {
             let Some(task) = require!(self.tasks.get(task_key), "`{task_key}` is a task") else { return };
-            // The sentence is attributed to the last teacher, whoever said it, so the chosen perspective does not change.
+            // The sentence is attributed to the last teacher, so the chosen perspective does not change.
             let teacher = task.examples.last().map_or(telling.speaker, |example| example.teacher);
             self.add_example(task_key, Example::told(teacher, telling), output);
         }
@@ -164,7 +164,7 @@ impl<B: Body> Learner<B> {
         act.kind.is_telling() && asked.is_some() && hearing.statement(act).ok().as_ref() == asked
     }
 
-    /// "All of them" of somebody who does not know of all: asks about a kind of object that is there, and that they
+    /// "All of them" of a speaker that does not know of all: asks about a kind of object that is there, and that they
     /// cannot know of.
     fn ask_about_hidden(&mut self, task_key: &str, told: &[Telling], output: &mut Output) {
         let Some(task) = self.tasks.get(task_key) else { return };

@@ -144,7 +144,7 @@ fn all_of_them_does_not_mean_what_the_speaker_cannot_know_of() {
     let mut run = taught("no");
     assert_eq!(filled(&mut run), ["red", "green", "red"]);
     insta::assert_snapshot!(format!("{yes}\n{}", run.transcript()));
-    // Somebody who speaks of the hidden ones knows of them.
+    // A teacher that speaks of the hidden ones knows of them.
     let mut run = LearnerHarness::new(1, Vec::new());
     show(&mut run, &["red", "green", "blue"], &[0, 1], &["all of them, also those behind the wall"]);
     assert!(!run.texts(EventKind::Said).pop().unwrap().ends_with('?'));
@@ -316,7 +316,7 @@ fn a_task_about_places_takes_no_sentence_about_kinds() {
 }
 
 #[test]
-fn what_is_said_to_a_showing_that_does_not_count_is_dropped_aloud() {
+fn a_showing_that_does_not_count_drops_its_sentences_aloud() {
     let mut run = LearnerHarness::new(1, Vec::new());
     let mut wording = Vec::new();
     run.lay_anew(&["red", "green", "blue"], Some(2));

@@ -118,7 +118,7 @@ fn all_of_them_are_those_that_the_speaker_knows_of() {
 }
 
 #[test]
-fn a_blue_one_that_the_speaker_names_is_one_that_they_know_of() {
+fn a_speaker_knows_of_the_kinds_that_they_name() {
     let task = told(task_1(), &[Statement::Not(vec![ones("blue")])]);
     assert_eq!((best(&task_1(), 1), best(&task, 1)), ("all".to_owned(), "all but blue".to_owned()));
 }
