@@ -13,7 +13,9 @@ import ctypes
 import glob
 import math
 import os
+import signal
 import sys
+import threading
 import time
 
 import iceoryx2 as iox2
@@ -41,6 +43,18 @@ def find_domain(named):
     if len(found) > 1:
         sys.exit(f"{len(found)} robots run here: name one with --domain {' or --domain '.join(found)}")
     return found[0]
+
+
+def stop_on_signals():
+    """Returns an event that Ctrl-C and SIGTERM set.
+
+    A KeyboardInterrupt could come in the middle of a call of the middleware, and be lost. So the loop ends after a
+    whole frame.
+    """
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    return stop
 
 
 def open_publisher(root, source, capacity):
@@ -102,6 +116,7 @@ def look(now_ns, centre):
 
 def main():
     options = arguments()
+    stop = stop_on_signals()
     root = find_domain(options.domain)
     node, publisher = open_publisher(root, options.source, capacity=16)
     print(f"publishes observations/{options.source} in {root}; Ctrl-C ends it", flush=True)
@@ -109,7 +124,7 @@ def main():
     incarnation = time.monotonic_ns()
     sequence = 0
     release = time.monotonic()
-    while options.frames is None or sequence < options.frames:
+    while not stop.is_set() and (options.frames is None or sequence < options.frames):
         # The instant of the observation: the exposure of the image, not the end of its processing.
         # time.monotonic_ns() is CLOCK_MONOTONIC, the clock of all processes.
         now_ns = time.monotonic_ns()
@@ -130,11 +145,8 @@ def main():
         if not os.path.isdir(root):
             sys.exit("the robot has ended")
         release += 1.0 / options.rate
-        time.sleep(max(0.0, release - time.monotonic()))
+        stop.wait(max(0.0, release - time.monotonic()))
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except KeyboardInterrupt:
-        pass
+    main()

@@ -11,7 +11,6 @@ import argparse
 import ctypes
 import os
 import sys
-import time
 
 import iceoryx2 as iox2
 
@@ -25,7 +24,7 @@ from leo_messages import (
     PerceptKernel,
     Symbols,
 )
-from observe import find_domain
+from observe import find_domain, stop_on_signals
 
 
 def arguments():
@@ -139,11 +138,12 @@ def print_frame(symbols, perspective, frame):
 
 def main():
     options = arguments()
+    stop = stop_on_signals()
     root = find_domain(options.domain)
     node = join(root)
     subscribers, symbols, incarnation = {}, None, None
     rounds = 0
-    while options.rounds is None or rounds < options.rounds:
+    while not stop.is_set() and (options.rounds is None or rounds < options.rounds):
         if not os.path.isdir(root):
             sys.exit("the robot has ended")
         agents = min(symbols.agent_count, MAX_PERSPECTIVES) if symbols else 1
@@ -164,11 +164,8 @@ def main():
             print_frame(symbols, perspective, frame)
             rounds += perspective == 0
         sys.stdout.flush()
-        time.sleep(options.period)
+        stop.wait(options.period)
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except KeyboardInterrupt:
-        pass
+    main()

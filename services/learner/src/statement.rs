@@ -199,9 +199,7 @@ impl Hearing<'_> {
     }
 
     fn other(&self) -> UnclearError {
-        let features = &self.language.features;
-        let with_values = || features.iter().filter(|feature| !feature.values.is_empty());
-        let feature = with_values().find(|feature| feature.name == "colour").or_else(|| with_values().next());
+        let feature = self.language.features.iter().find(|feature| !feature.values.is_empty());
         let example = feature.and_then(|feature| feature.values.first());
         UnclearError::Other {
             example: example.cloned().unwrap_or_default(),

@@ -158,7 +158,7 @@ impl Statement {
             Self::Only(which) => format!("only {}", the(which)),
             Self::Also(which) => format!("also {}", the(which)),
             Self::Not(which) => format!("not {}", the(which)),
-            Self::AllBut(which) => format!("all but {}", the(which)),
+            Self::AllBut(which) => format!("all except {}", the(which)),
             Self::Irrelevant(feature) => format!("the {feature} does not matter"),
             Self::Exactly(count) => format!("exactly {} of them", in_words(*count)),
         }
