@@ -1,5 +1,5 @@
 //! The supervisor with real processes: whichever process is killed, the robot continues or ends cleanly.
-#![expect(clippy::expect_used, clippy::indexing_slicing, clippy::panic, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "a test fails by panicking")]
 
 mod black_box;
 mod campaign;
@@ -9,7 +9,6 @@ mod guesses;
 mod journal;
 mod live_top;
 mod metrics;
-mod npm;
 mod onlookers;
 mod refused_calls;
 mod refused_memory;
@@ -18,7 +17,6 @@ mod service_manager;
 mod upgrade;
 #[path = "../sources/venv.rs"]
 mod venv;
-mod viewers;
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,10 @@
-//! `leo view` with a real robot, and clients that are not ours.
+//! `leo view` with a real robot, and clients that are not ours. A process of its own, because a process joins one domain.
+#![expect(clippy::expect_used, clippy::indexing_slicing, clippy::panic, reason = "a test fails by panicking")]
+
+mod npm;
+#[path = "../supervision/robot.rs"]
+#[expect(dead_code, reason = "other tests use the rest of it")]
+mod robot;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -17,8 +23,7 @@ use transport::{Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
 use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
-use crate::npm;
-use crate::robot::{MAX_WAIT, Robot, domain, leo, signal, wait_until};
+use robot::{MAX_WAIT, Robot, domain, leo, signal, wait_until};
 
 /// The channels of a robot with one partner.
 const TOPICS: [&str; 7] =
@@ -189,7 +194,7 @@ impl Positions {
 
 #[test]
 fn live_viewers_decode_every_channel_and_late_ones_miss_nothing() {
-    let Some(folder) = npm::installed("tests/supervision/viewer") else { return };
+    let Some(folder) = npm::installed("tests/viewers/client") else { return };
     let robot = Robot::ready("viewers", &[("max_deaths", "1000")]);
     let (node, mut positions) = Positions::of(&robot);
     let view = View::of(&robot, &["--listen", "127.0.0.1:0"]);
