@@ -1,5 +1,5 @@
 //! `leo view` with a real robot, and clients that are not ours. A process of its own, because a process joins one domain.
-#![expect(clippy::expect_used, clippy::indexing_slicing, clippy::panic, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 mod npm;
 #[path = "../supervision/robot.rs"]
