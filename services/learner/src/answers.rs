@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use quantity::number::{counted, saturating_u32};
 use tasks::{
-    Effect, Language, Object, Rule, Settings, Snapshot, Task, counterparts, describe_object, listed,
+    Language, Object, Rule, Settings, Snapshot, Task, counterparts, describe_object, has_percepts,
+    is_achieved, listed,
 };
 
 use crate::evaluation::Evaluation;
@@ -76,22 +77,15 @@ fn deciding(language: &Language, task: &Task, perspectives: &[u16], rule: &Rule)
     let (mut done, mut left_out) = (Vec::new(), Vec::new());
     for view in task.taught(perspectives).map(|view| view.attended(language.moved_m)) {
         let goal = &rule.expectation;
-        let reached = |object: &Object, snapshot: &Snapshot| {
-            let object = snapshot.object(object.id)?;
-            let mut states = goal.iter().map(|effect| match effect {
-                Effect::State { name, on } => Some(object.states.get(name)? == on),
-                Effect::Moved => None,
-            });
-            states.try_fold(true, |all, one| Some(all && one?))
-        };
         let among: Vec<&Object> =
-            view.after.objects.iter().filter(|object| reached(object, &view.after).is_some()).collect();
+            view.after.objects.iter().filter(|object| has_percepts(object, goal)).collect();
         for object in &among {
             let name = format!("the {}", describe_object(language, object, among.iter().copied()));
-            let list = match (reached(object, &view.before), reached(object, &view.after)) {
-                (Some(false), Some(true)) => &mut done,
-                (_, Some(false)) => &mut left_out,
-                _ => continue,
+            let was_achieved = view.before.object(object.id).map(|before| is_achieved(before, goal, false));
+            let list = match (was_achieved, is_achieved(object, goal, false)) {
+                (Some(false), true) => &mut done,
+                (_, false) => &mut left_out,
+                (Some(true) | None, true) => continue,
             };
             if !list.contains(&name) {
                 list.push(name);

@@ -2,6 +2,7 @@ mod changes;
 mod conversation;
 mod proposal;
 mod replies;
+mod saying;
 mod telling;
 mod utterance_queue;
 
@@ -10,7 +11,7 @@ use std::collections::{BTreeMap, VecDeque};
 use clock::{Duration, Instant};
 use invariant::require;
 use language::{BuiltIn, Grammar};
-use message::{Belief, BeliefHead, Event, EventKind, JointGoal, TEXT_CAPACITY, Utterance};
+use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
 use motion::{Face, Skill};
 use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
 
@@ -23,6 +24,7 @@ use crate::views::{Continuity, Views};
 use crate::{Body, Motion, Vocabulary, answers};
 use proposal::Proposal;
 use quantity::number::{counted, saturating_u32};
+use saying::{decline, say};
 use utterance_queue::{PendingSentence, Timing};
 
 /// The answer if the beginning or the end of a demonstration cannot be matched to beliefs: the sentence came long after
@@ -585,34 +587,6 @@ fn seen(language: &Language, task: &str, perspective: u16, view: &Snapshot) -> E
     Event { perspective, ..Event::new(EventKind::Seen, task, &describe_view(language, view)) }
 }
 
-fn say(output: &mut Output, task: &str, text: &str) {
-    output.events.extend(sayable(text).into_iter().map(|part| Event::new(EventKind::Said, task, part)));
-}
-
-/// A text in parts that fit an event, cut at a semicolon, else at a comma, else between two words.
-fn sayable(text: &str) -> Vec<&str> {
-    let mut parts = Vec::new();
-    let mut rest = text;
-    while rest.len() > TEXT_CAPACITY {
-        let fitting = (0..=TEXT_CAPACITY).rev().find_map(|end| rest.get(..end)).unwrap_or(rest);
-        let cut = ["; ", ", ", " "].into_iter().find_map(|mark| {
-            let at = fitting.rfind(mark).filter(|at| *at > 0)?;
-            Some(at + mark.trim_end().len())
-        });
-        let (part, after) = rest.split_at(cut.unwrap_or(fitting.len()));
-        parts.push(part);
-        rest = after.trim_start();
-    }
-    parts.push(rest);
-    parts
-}
-
-/// Says why a task is not performed, and reports that it is declined.
-fn decline(output: &mut Output, task: &str, text: &str) {
-    say(output, task, text);
-    output.events.push(Event::new(EventKind::Declined, task, text));
-}
-
 /// Says which rule is followed while the decision is open.
 fn provisional_rule(learned: &Learned) -> String {
     let examples = counted(saturating_u32(learned.examples), "example");
@@ -637,18 +611,6 @@ fn contradictions(learned: &Learned, settings: &tasks::Settings) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_long_answer_is_said_in_parts_and_no_word_is_cut() {
-        let text = "the red square, the grün square and so on; ".repeat(20);
-        let parts = sayable(text.trim_end());
-        assert!(parts.len() > 3 && parts.iter().all(|part| part.len() <= TEXT_CAPACITY));
-        assert!(parts.iter().all(|part| part.ends_with(';')), "{parts:?}");
-        assert_eq!(parts.join(" "), text.trim_end());
-        assert_eq!(sayable("yes"), ["yes"]);
-        let word = "ü".repeat(TEXT_CAPACITY);
-        assert_eq!(sayable(&word).concat(), word);
-    }
 
     #[test]
     fn by_default_leo_learns_like_the_papers_robot() {

@@ -41,7 +41,7 @@ pub(crate) enum UnclearError {
     /// It names no number that a rule can have.
     #[error("I can only learn numbers from 1 to {MAX_COUNT}: please show me, and say \"I'm done\"")]
     NumberOutOfRange,
-    /// The side of a person, where their point of view is not known.
+    /// The side of a person whose point of view is unknown, or is no valid pose.
     #[error(
         "I do not know where that is: I do not take your perspective. Please say which colour or shape you mean"
     )]
@@ -160,13 +160,10 @@ impl Hearing<'_> {
         // The speaker can only mean what they know of, wherever they say that it is.
         let objects = self.speakers.or(self.own).map_or(&[][..], |view| &view.objects);
         let frame = if is_speakers { self.speakers } else { self.own };
-        let frame = Some(frame.ok_or(UnclearError::NoPerspective)?);
-        let x_person_base: Pose<Person, Base> = frame
-            .and_then(|view| {
-                Pose::<Base, Person>::from_parts(view.frame_position_m, view.frame_orientation_xyzw)
-            })
-            .unwrap_or_else(Pose::identity)
-            .inverse();
+        let x_base_person = frame.and_then(|view| {
+            Pose::<Base, Person>::from_parts(view.frame_position_m, view.frame_orientation_xyzw)
+        });
+        let x_person_base: Pose<Person, Base> = x_base_person.ok_or(UnclearError::NoPerspective)?.inverse();
         let is_there = |object: &&Object| {
             let left_m = object.position().map(|place| (x_person_base * place).to_array()[1]);
             left_m.is_some_and(|left_m| if is_left { left_m > SIDE_M } else { left_m < -SIDE_M })

@@ -14,7 +14,7 @@ pub struct Act {
     /// The objects that it is about, each by its features as the context spells them. "The red square and the blue one"
     /// has two.
     pub objects: Vec<Vec<String>>,
-    /// Where the objects are, or who sees them.
+    /// Which of the objects: those on a side, or those that a person sees.
     pub scope: Option<Scope>,
     /// The feature that it is about, as the context spells it: "colour".
     pub feature: Option<String>,
@@ -24,7 +24,7 @@ pub struct Act {
     pub is_single: bool,
 }
 
-/// Where objects are, or who sees them. A rule of a language file whose name is `scope_` and one of these in snake case
+/// Objects on a side of a person, or those that a person sees. A rule of a language file whose name is `scope_` and one of these in snake case
 /// means it.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]

@@ -61,7 +61,7 @@ pub(crate) enum Slot {
     Name(Range<usize>),
     /// A word for a feature.
     Feature(usize),
-    /// Where objects are, or who sees them.
+    /// Objects on a side of a person, or those that a person sees.
     Scope(Scope),
     /// The name of a feature.
     FeatureName(Range<usize>),

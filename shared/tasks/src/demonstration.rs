@@ -18,8 +18,7 @@ mod told;
 
 pub use action::{Action, ActionParser};
 pub use action_effect::{ActionContext, ActionEffect, action_effects};
-pub use change::{Change, Effect, Signature, changes, vanished};
-pub(crate) use change::{has_percepts, is_achieved};
+pub use change::{Change, Effect, Signature, changes, has_percepts, is_achieved, vanished};
 pub use counterpart::counterparts;
 pub use describe::{describe_change, describe_object};
 pub use example::{Example, Executable, Task, View};

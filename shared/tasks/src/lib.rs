@@ -45,7 +45,8 @@ pub use demonstration::{
     Action, ActionContext, ActionEffect, ActionParser, Change, Contradiction, Description, Effect, Example,
     Executable, Identities, KnownBy, NothingChangedError, NumberedView, Object, Recording, Signature,
     Snapshot, Statement, Task, Telling, View, WriterState, action_effects, changes, contradictions_of,
-    counterparts, describe_change, describe_object, is_told, told, told_counts, vanished,
+    counterparts, describe_change, describe_object, has_percepts, is_achieved, is_told, told, told_counts,
+    vanished,
 };
 pub use hypotheses::{
     Class, HypothesisLanguage, MAX_COUNT, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRangeError, OnConflict,

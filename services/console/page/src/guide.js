@@ -23,7 +23,7 @@ export const STEPS = [
 
 /**
  * The step at which a visitor begins; `null` if they need none. A path that was begun goes on after a reload. What the
- * script of the robot's first lesson has taught was taught by nobody. Pure.
+ * script of the robot's first lesson has taught does not count. Pure.
  * @param {{examples: number, demonstrations?: {counts: boolean}[]}[]} tasks
  * @param {string | null} kept what the browser remembers of the visitor
  * @param {string} mode of the table

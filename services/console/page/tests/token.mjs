@@ -110,7 +110,7 @@ try {
   await visitor.waitForFunction(() => /is raised/.test(document.querySelector('main').textContent));
   await until('all joints are stopped', () => document.querySelector('#arming').dataset.state === 'stopped');
   must(await isPressable(visitor), 'that the stop button stays');
-  // The key of the button works while somebody types.
+  // The key of the button works in text fields, too.
   await page.focus('#say');
   await page.keyboard.press('F9');
   await until('the page says what came of its button', () => /was raised before/.test(document.querySelector('#toasts').textContent));

@@ -3,7 +3,8 @@
 use message::{Event, EventKind};
 use tasks::{Task, key, listed};
 
-use super::{Learner, Output, StoreChange, say};
+use super::saying::say;
+use super::{Learner, Output, StoreChange};
 use crate::{Body, answers};
 
 impl<B: Body> Learner<B> {
@@ -74,7 +75,7 @@ impl<B: Body> Learner<B> {
     /// Forgets the last example of a task; with its only example the task is forgotten.
     pub(super) fn forget_example(&mut self, task_key: &str, output: &mut Output) {
         let Some(task) = self.tasks.get_mut(task_key) else { return };
-        let last = task.examples.pop();
+        let last = task.remove(task.examples.len().saturating_sub(1));
         if task.examples.is_empty() {
             self.forget_task(task_key, output);
             return;

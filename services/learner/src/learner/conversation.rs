@@ -8,8 +8,9 @@ use motion::{Face, Skill};
 use tasks::{Task, key};
 
 use super::proposal::Proposal;
+use super::saying::{decline, say};
 use super::utterance_queue::PendingSentence;
-use super::{Learner, Output, decline, say};
+use super::{Learner, Output};
 use crate::performance::Performance;
 use crate::question::Question;
 use crate::{Body, answers};

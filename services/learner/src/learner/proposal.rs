@@ -5,8 +5,9 @@ use language::{Act, ActKind, fill};
 use motion::Face;
 use tasks::{Task, key};
 
+use super::saying::say;
 use super::utterance_queue::PendingSentence;
-use super::{Learner, Output, say};
+use super::{Learner, Output};
 use crate::{Body, answers};
 
 /// What Leo does if the next sentence is "yes".
@@ -70,7 +71,10 @@ impl<B: Body> Learner<B> {
             Proposal::Act(act) => self.do_act(now, said, &act, present_rad, output),
             Proposal::ForgetTask(task) => self.forget_task(&task, output),
             Proposal::ForgetExample(task) => self.forget_example(&task, output),
-            Proposal::Which(_) => say(output, "", "please say which one, for example by its colour"),
+            Proposal::Which(kind) => {
+                say(output, "", "please say which one, for example by its colour");
+                self.proposal = Some(Proposal::Which(kind));
+            }
             Proposal::GoByWords { task, example } => self.settle_contradiction(&task, example, true, output),
         }
     }

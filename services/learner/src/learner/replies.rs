@@ -4,7 +4,8 @@ use clock::Instant;
 use language::fill;
 use tasks::{Object, Snapshot, Task, counterparts, listed};
 
-use super::{Learner, Output, say};
+use super::saying::say;
+use super::{Learner, Output};
 use crate::evaluation::Evaluation;
 use crate::question::Question;
 use crate::report::{describe_view, goal_phrase};

@@ -12,8 +12,9 @@ use tasks::{
 };
 
 use super::proposal::Proposal;
-use super::utterance_queue::PendingSentence;
-use super::{Learner, Output, StoreChange, say};
+use super::saying::say;
+use super::utterance_queue::{PendingSentence, Timing};
+use super::{Learner, NO_BELIEFS_THEN, Output, StoreChange};
 use crate::Body;
 use crate::question::Question;
 use crate::statement::{Hearing, UnclearError};
@@ -21,6 +22,11 @@ use crate::statement::{Hearing, UnclearError};
 impl<B: Body> Learner<B> {
     /// Learns from a sentence about a rule: that of the task that is being shown, or of the current one.
     pub(super) fn tell_rule(&mut self, now: Instant, said: &PendingSentence, act: &Act, output: &mut Output) {
+        // Where a thing was then is not known; its kind does not change.
+        if said.timing == Timing::TooLate && act.scope.is_some() {
+            say(output, "", &format!("{NO_BELIEFS_THEN}: please say it again"));
+            return;
+        }
         let showing = self.teaching.as_ref().map(|teaching| teaching.recording.task.clone());
         let current = || self.current_task().map(|task| task.name.clone());
         let Some(name) = showing.or_else(current) else {
@@ -135,11 +141,7 @@ impl<B: Body> Learner<B> {
             telling.prevails = Some(examples);
             format!("all right, I go by \"{words}\"")
         } else {
-            task.examples.remove(example);
-            // The numbers of the examples behind it are one less now.
-            for later in task.examples.iter_mut().filter_map(|example| example.telling.as_mut()) {
-                later.prevails = later.prevails.map(|before| before - usize::from(before > example));
-            }
+            task.remove(example);
             format!("all right, I forget \"{words}\"")
         };
         let name = task.name.clone();

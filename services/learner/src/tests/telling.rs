@@ -1,5 +1,6 @@
 //! Sentences about a rule, before, between and after demonstrations.
 
+use clock::Duration;
 use message::EventKind;
 use motion::Skill;
 use tasks::{HypothesisLanguage, OnConflict, Settings, Statement};
@@ -299,6 +300,21 @@ fn without_the_perspective_of_a_speaker_their_left_is_unknown() {
     let reply = reply(&mut run, "only the one on my left");
     assert!(reply.contains("your perspective"), "{reply}");
     assert_eq!(run.known["filling"].tellings().count(), 0);
+}
+
+#[test]
+fn a_side_in_a_late_sentence_is_asked_for_again() {
+    let mut run = LearnerHarness::new(1, Vec::new());
+    show(&mut run, &["red", "green", "blue"], &[0], &[]);
+    run.steps(600);
+    run.say_late("only the ones on my left", Duration::from_secs(5));
+    run.steps(5);
+    let said = run.texts(EventKind::Said).pop().unwrap();
+    assert!(said.contains("say it again"), "{said}");
+    assert_eq!(run.known["filling"].tellings().count(), 0);
+    run.say_late("only the red ones", Duration::from_secs(5));
+    run.steps(5);
+    assert_eq!(run.known["filling"].tellings().count(), 1, "a colour does not change");
 }
 
 #[test]

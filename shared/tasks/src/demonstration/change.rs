@@ -107,7 +107,8 @@ fn change(then: &Object, now: &Object, moved_m: f64) -> Option<Change> {
 }
 
 /// Whether an object has all percepts of a signature. A peg has no hole, so rules about holes do not apply to it.
-pub(crate) fn has_percepts(object: &Object, signature: &Signature) -> bool {
+#[must_use]
+pub fn has_percepts(object: &Object, signature: &Signature) -> bool {
     signature.iter().all(|effect| match effect {
         Effect::State { name, .. } => object.states.contains_key(name),
         Effect::Moved => object.position_m.is_some(),
@@ -115,7 +116,8 @@ pub(crate) fn has_percepts(object: &Object, signature: &Signature) -> bool {
 }
 
 /// Whether an object is in the state that a signature expects; `moved` says whether it was displaced.
-pub(crate) fn is_achieved(object: &Object, signature: &Signature, moved: bool) -> bool {
+#[must_use]
+pub fn is_achieved(object: &Object, signature: &Signature, moved: bool) -> bool {
     signature.iter().all(|effect| match effect {
         Effect::State { name, on } => object.states.get(name) == Some(on),
         Effect::Moved => moved,

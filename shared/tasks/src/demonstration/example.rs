@@ -29,6 +29,16 @@ impl Task {
         self.examples.iter().filter_map(|example| example.telling.as_ref())
     }
 
+    /// Removes an example; `None` if there is none of this number. A sentence that prevails over a number of first
+    /// examples does not prevail over a later one instead.
+    pub fn remove(&mut self, number: usize) -> Option<Example> {
+        let removed = (number < self.examples.len()).then(|| self.examples.remove(number))?;
+        for telling in self.examples.iter_mut().filter_map(|example| example.telling.as_mut()) {
+            telling.prevails = telling.prevails.map(|before| before - usize::from(before > number));
+        }
+        Some(removed)
+    }
+
     /// The objects of answered questions, in the state that the answer gives them.
     pub fn answers(&self) -> impl Iterator<Item = &Object> {
         self.views(0).filter_map(View::answer)

@@ -13,7 +13,7 @@ pub(crate) type Kind = BTreeMap<String, String>;
 /// A sentence about the rule of a task, as evidence beside its demonstrations.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Telling {
-    /// Who said it: partner 1, 2, …
+    /// The speaker: partner 1, 2, …
     pub speaker: u16,
     /// What it says about the rule.
     pub statement: Statement,
@@ -47,7 +47,7 @@ pub struct Description {
     /// The class features that it names.
     #[serde(default)]
     pub features: BTreeMap<String, String>,
-    /// Who has to know of the objects.
+    /// The agent that has to know of the objects; `None` if it makes no difference.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub known: Option<KnownBy>,
 }

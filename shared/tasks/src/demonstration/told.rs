@@ -28,8 +28,8 @@ pub type NumberedView = (usize, View);
 /// [`Learning::add_told`](crate::Learning::add_told).
 ///
 /// A sentence labels only the kinds of objects that the perspective knows. So "only the red ones" says nothing about a
-/// blue one to a perspective that knows of none. "All of them" labels those that its speaker knew of. But who speaks of
-/// the blue ones knows that there can be some: a kind that the sentence names is labeled in every perspective, also if
+/// blue one to a perspective that knows of none. "All of them" labels those that its speaker knew of. But a speaker
+/// that names blue knows that there can be blue ones: a kind that the sentence names is labeled in every perspective, also if
 /// none was shown. The order of demonstrations and sentences makes no difference.
 ///
 /// From the views it removes the objects that contradict a sentence which prevails, and those that contradict a sentence

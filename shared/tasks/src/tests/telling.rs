@@ -201,3 +201,14 @@ fn all_of_them_does_not_grow_with_what_is_seen_later() {
     assert_eq!(contradictions_of(&language(), &task, &[0, 1], 1), [], "the green one came later");
     assert_eq!(learned(&task, 1).tally(), 3);
 }
+
+#[test]
+fn after_an_example_is_removed_a_new_one_is_not_overruled() {
+    let mut task = told(filling(true), &[Statement::Not(vec![ones("red")])]);
+    task.examples.extend(filling(true).examples);
+    task.examples[1].telling.as_mut().unwrap().prevails = Some(3);
+    assert_eq!(contradictions_of(&language(), &task, &[0, 1], 1), []);
+    assert!(task.remove(2).is_some() && task.remove(2).is_none());
+    task.examples.extend(filling(true).examples);
+    assert_eq!(contradictions_of(&language(), &task, &[0, 1], 1).len(), 1, "the new one was not there then");
+}
